@@ -106,7 +106,7 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
             })
             .effect(Load {
                 region: Region::All,
-                force: LoadForce::AlongNormal(Finite::ONE),
+                force: LoadForce::AlongNormal(Finite::ONE.into()),
                 ramp: None,
             })
             .equilibrium(LbfgsSpec { preconditioner, precision, ..LbfgsSpec::default() });

@@ -84,9 +84,9 @@ pub fn cone(vertices: usize, thickness: f64, factor: f64, models: &Models) -> Ou
     let radial = ["x", "y", "0"].map(|text| Field::Formula(text.into()));
     let growth = Growth {
         factor: None,
-        along: Some(factor.to_string()),
+        along: Some(Field::Formula(factor.to_string())),
         across: None,
-        fibre: Some(Fibre(radial)),
+        fibre: Some(Fibre::Components(radial)),
         region: Region::All,
     };
     let context = EffectContext {

@@ -36,12 +36,12 @@ pub struct Conditions<'a> {
     pub metric: &'a RestMetric,
     /// Time.
     pub time: f64,
-    /// Internal variables by name; none without an effect that owns some.
+    /// Internal variables, and what laws give, by name; none without an effect that owns some or a law that gives it.
     pub internal: &'a [(&'static str, Vec<f64>)],
 }
 
 impl<'a> Conditions<'a> {
-    /// The values of the internal variables of this name.
+    /// The values of the internal variables, or of what laws give, of this name.
     #[must_use]
     pub fn internal(&self, name: &str) -> Option<&'a [f64]> {
         self.internal.iter().find(|(known, _)| *known == name).map(|(_, values)| values.as_slice())

@@ -1,8 +1,8 @@
 //! Several laws on one sheet: their species side by side, their rates added, their length factors
-//! multiplied.
+//! multiplied, their spontaneous curvatures added.
 //!
 //! ```text
-//! dc/dt = Σ_k R^k(c, x)        Φ = Π_k Φ^k(c)
+//! dc/dt = Σ_k R^k(c, x)        Φ = Π_k Φ^k(c)        C₀ = Σ_k C₀^k(c)
 //! ```
 //!
 //! A law takes part with the species that it declares. One that two laws share is the same
@@ -15,7 +15,7 @@ use std::sync::Arc;
 use super::batch::{Batch, Column};
 use super::descriptor::{Capabilities, Descriptor, FORMULA, Species, among, unite};
 use super::field::Columns;
-use super::{Kinetics, KineticsError, Outcome};
+use super::{Feedback, Kinetics, KineticsError, Outcome};
 use rumple_numerics::num::all_finite_from;
 
 /// One law of several.
@@ -89,6 +89,7 @@ impl JointKinetics {
             joint.add(member).map_err(blame)?;
         }
         joint.connect();
+        joint.check_factors()?;
         Ok(joint)
     }
 
@@ -117,6 +118,11 @@ impl JointKinetics {
         all.capabilities.rate_partials = true;
         all.capabilities.length_factor |= own.capabilities.length_factor;
         all.capabilities.length_factor_partials = all.capabilities.length_factor;
+        for which in Feedback::ALL {
+            if which.is_given(&own.capabilities) {
+                which.give(&mut all.capabilities);
+            }
+        }
         let (signals, observed) = (Vec::new(), Vec::new());
         self.members.push(Part { kinetics, species, signals, parameters, observables, observed });
         Ok(())
@@ -182,6 +188,21 @@ impl JointKinetics {
             all.observables.push(super::Observable { name, ..one.clone() });
         }
         Ok(first..all.observables.len())
+    }
+
+    /// Refuses length factors in all directions beside others along and across a fibre.
+    fn check_factors(&self) -> Result<(), JointError> {
+        let across = |part: &Part| part.gives(Feedback::FactorAcross);
+        let wrong = |part: &Part| part.gives_length_factor() && !across(part);
+        let any = self.members.iter().any(across);
+        match self.members.iter().position(wrong).filter(|_| any) {
+            None => Ok(()),
+            Some(member) => {
+                let message = "another law of the scene has a length factor across the fibre, and this one has none"
+                    .to_owned();
+                Err(JointError { member, key: "length_factor".into(), message })
+            }
+        }
     }
 
     /// Finds the columns of every member's signals among all, now that all are known.
@@ -382,6 +403,48 @@ impl Kinetics for JointKinetics {
         Ok(warning)
     }
 
+    fn feedback(&self, which: Feedback, batch: &Batch<'_>, values: &mut [f64]) -> Outcome {
+        values.fill(which.neutral());
+        let mut own = vec![0.0; batch.count];
+        let mut warning = None;
+        for part in self.members.iter().filter(|p| p.gives(which)) {
+            let outcome =
+                part.with_inputs(batch, |b| part.kinetics.feedback(which, b, &mut own))?;
+            warning = warning.or(outcome);
+            values.iter_mut().zip(&own).for_each(|(all, own)| *all = which.joined(*all, *own).0);
+        }
+        Ok(warning)
+    }
+
+    fn feedback_partials(
+        &self,
+        which: Feedback,
+        batch: &Batch<'_>,
+        values: &mut [f64],
+        partials: &mut [&mut [f64]],
+    ) -> Outcome {
+        values.fill(which.neutral());
+        partials.iter_mut().for_each(|column| column.fill(0.0));
+        let mut own = vec![0.0; batch.count];
+        let mut warning = None;
+        for part in self.members.iter().filter(|p| p.gives(which)) {
+            let mut slopes = Columns::new(part.species.len(), batch.count);
+            let outcome = part.with_inputs(batch, |b| {
+                part.kinetics.feedback_partials(which, b, &mut own, &mut slopes.slices_mut())
+            })?;
+            warning = warning.or(outcome);
+            for (point, (all, own)) in values.iter_mut().zip(&own).enumerate() {
+                let (joined, [by_all, by_own]) = which.joined(*all, *own);
+                partials.iter_mut().for_each(|column| column[point] *= by_all);
+                for (row, &species) in part.species.iter().enumerate() {
+                    partials[species][point] += by_own * slopes.column(row)[point];
+                }
+                *all = joined;
+            }
+        }
+        Ok(warning)
+    }
+
     fn breakpoints(&self, batch: &Batch<'_>, until: f64, times: &mut Vec<f64>) -> bool {
         let of =
             |part: &Part| part.with_inputs(batch, |b| part.kinetics.breakpoints(b, until, times));
@@ -431,6 +494,10 @@ impl Kinetics for JointKinetics {
 }
 
 impl Part {
+    fn gives(&self, which: Feedback) -> bool {
+        which.is_given(&self.kinetics.descriptor().capabilities)
+    }
+
     fn gives_length_factor(&self) -> bool {
         self.kinetics.descriptor().capabilities.length_factor
     }

@@ -139,6 +139,10 @@ pub struct Capabilities {
     pub length_factor: bool,
     /// Exact partial derivatives of the length factor.
     pub length_factor_partials: bool,
+    /// A spontaneous curvature C₀(c).
+    pub curvature: bool,
+    /// A length factor Φ_⊥(c) across a fibre.
+    pub length_factor_across: bool,
     /// Takes parameters that differ from point to point as columns.
     pub parameter_fields: bool,
 }

@@ -10,7 +10,7 @@
 //! difference is one-sided, with an error of order h. At a kink (H = 0 of H⁺) it is the mean slope.
 
 use super::batch::{Batch, Column};
-use super::{Kinetics, Outcome};
+use super::{Feedback, Kinetics, Outcome};
 
 /// ε^{1/3}: the relative step.
 pub const STEP: f64 = 6.055_454_452_393_343e-6;
@@ -53,14 +53,46 @@ pub fn length_factor_partials<K: Kinetics + ?Sized>(
     factor: &mut [f64],
     partials: &mut [&mut [f64]],
 ) -> Outcome {
-    let mut warning = kinetics.length_factor(batch, factor)?;
+    let warning = kinetics.length_factor(batch, factor)?;
     if !kinetics.descriptor().capabilities.length_factor {
         partials.iter_mut().for_each(|partial| partial.fill(0.0));
         return Ok(warning);
     }
+    let law = |batch: &Batch<'_>, factor: &mut [f64]| kinetics.length_factor(batch, factor);
+    of_species(kinetics, batch, (warning, partials), law)
+}
+
+/// Values and partial derivatives of a quantity of [`Feedback`] by differences; layout as in
+/// [`Kinetics::feedback_partials`].
+///
+/// # Errors
+/// If the law fails at any of the points.
+pub fn feedback_partials<K: Kinetics + ?Sized>(
+    kinetics: &K,
+    which: Feedback,
+    batch: &Batch<'_>,
+    values: &mut [f64],
+    partials: &mut [&mut [f64]],
+) -> Outcome {
+    let warning = kinetics.feedback(which, batch, values)?;
+    if !which.is_given(&kinetics.descriptor().capabilities) {
+        partials.iter_mut().for_each(|partial| partial.fill(0.0));
+        return Ok(warning);
+    }
+    let law = |batch: &Batch<'_>, values: &mut [f64]| kinetics.feedback(which, batch, values);
+    of_species(kinetics, batch, (warning, partials), law)
+}
+
+/// Difference quotients of one output by the species, after an evaluation with this warning.
+fn of_species<K: Kinetics + ?Sized>(
+    kinetics: &K,
+    batch: &Batch<'_>,
+    (mut warning, partials): (Option<super::Unreliable>, &mut [&mut [f64]]),
+    law: impl Fn(&Batch<'_>, &mut [f64]) -> Outcome,
+) -> Outcome {
     for (input, (range, partial)) in ranges(kinetics).into_iter().zip(partials).enumerate() {
         let slopes = slopes(batch, 1, input, range, |batch, values| match values {
-            [factor] => kinetics.length_factor(batch, factor),
+            [values] => law(batch, values),
             _ => Ok(None),
         })?;
         partial.copy_from_slice(&slopes.values);

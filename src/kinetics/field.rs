@@ -10,7 +10,7 @@ use super::batch::Batch;
 use super::descriptor::{self, Descriptor, SignalRead};
 use super::error::KineticsError;
 use super::site::{BadValue, LENGTH_FACTOR, Site};
-use super::{Kinetics, Outcome};
+use super::{Feedback, Kinetics, Outcome};
 use rumple_numerics::num::{all_finite, all_finite_from};
 
 /// The most points in a batch. What a call costs by itself is as much as a cheap law at a hundred
@@ -108,6 +108,33 @@ pub fn length_factor_partials(
     evaluate(kinetics, Quantity::LengthFactorPartials, batch, &mut [factor], partials)
 }
 
+/// A quantity of [`Feedback`]; the batch has no signals.
+///
+/// # Errors
+/// As for [`rates`]; also [`KineticsError::BadOutput`] for a length factor <= 0.
+pub fn feedback(
+    kinetics: &dyn Kinetics,
+    which: Feedback,
+    batch: &Batch<'_>,
+    values: &mut [f64],
+) -> Outcome {
+    evaluate(kinetics, Quantity::Feedback(which), batch, &mut [values], &mut [])
+}
+
+/// The same with its derivatives by the species: `partials[s][point]`.
+///
+/// # Errors
+/// As for [`feedback`].
+pub fn feedback_partials(
+    kinetics: &dyn Kinetics,
+    which: Feedback,
+    batch: &Batch<'_>,
+    values: &mut [f64],
+    partials: &mut [&mut [f64]],
+) -> Outcome {
+    evaluate(kinetics, Quantity::FeedbackPartials(which), batch, &mut [values], partials)
+}
+
 /// The observables: `values[o][point]`.
 ///
 /// # Errors
@@ -123,6 +150,8 @@ enum Quantity {
     RatePartials,
     LengthFactor,
     LengthFactorPartials,
+    Feedback(Feedback),
+    FeedbackPartials(Feedback),
 }
 
 impl Quantity {
@@ -136,7 +165,7 @@ impl Quantity {
         match self {
             Self::Rates | Self::RatePartials => &descriptor.signals,
             Self::Observables => &descriptor.observed,
-            Self::LengthFactor | Self::LengthFactorPartials => &[],
+            _ => &[],
         }
     }
 
@@ -148,6 +177,17 @@ impl Quantity {
             Self::RatePartials => "rate_partials",
             Self::LengthFactor => "length_factor",
             Self::LengthFactorPartials => "length_factor_partials",
+            Self::Feedback(which) => which.name(),
+            Self::FeedbackPartials(which) => which.partials_name(),
+        }
+    }
+
+    /// The least value allowed.
+    fn least(self) -> f64 {
+        match self {
+            Self::LengthFactor | Self::LengthFactorPartials => f64::MIN_POSITIVE,
+            Self::Feedback(which) | Self::FeedbackPartials(which) => which.least(),
+            _ => f64::MIN,
         }
     }
 
@@ -159,8 +199,8 @@ impl Quantity {
             Self::Observables => (descriptor.observables.len(), 0),
             Self::Rates => (species, 0),
             Self::RatePartials => (species, species * descriptor.inputs()),
-            Self::LengthFactor => (1, 0),
-            Self::LengthFactorPartials => (1, species),
+            Self::LengthFactor | Self::Feedback(_) => (1, 0),
+            Self::LengthFactorPartials | Self::FeedbackPartials(_) => (1, species),
         }
     }
 
@@ -179,6 +219,10 @@ impl Quantity {
             (Self::LengthFactorPartials, [factor]) => {
                 kinetics.length_factor_partials(batch, factor, partials)
             }
+            (Self::Feedback(which), [values]) => kinetics.feedback(which, batch, values),
+            (Self::FeedbackPartials(which), [values]) => {
+                kinetics.feedback_partials(which, batch, values, partials)
+            }
             _ => Ok(None),
         }
     }
@@ -188,13 +232,16 @@ impl Quantity {
         let descriptor = kinetics.descriptor();
         let input = |at: usize| descriptor.input_names().nth(at).unwrap_or("?").to_owned();
         let rate = |at: usize| format!("the rate of species {}", input(at));
-        let factor = LENGTH_FACTOR.to_owned();
+        let factor = match self {
+            Self::Feedback(which) | Self::FeedbackPartials(which) => which.describe(),
+            _ => LENGTH_FACTOR,
+        };
         if let (Self::Observables, Some(known)) = (self, descriptor.observables.get(column)) {
             return format!("the observable {}", known.name);
         }
         match (self.reads_signals(), partial) {
             (true, None) => rate(column),
-            (false, None) => factor,
+            (false, None) => factor.to_owned(),
             (true, Some(entry)) => {
                 let width = descriptor.inputs();
                 format!("the derivative by {} of {}", input(entry % width), rate(entry / width))
@@ -319,7 +366,7 @@ fn check_outputs(
     values: &[&mut [f64]],
     partials: &[&mut [f64]],
 ) -> Result<(), KineticsError> {
-    let least = if quantity.reads_signals() { f64::MIN } else { f64::MIN_POSITIVE };
+    let least = quantity.least();
     if all_within(values, least) && all_within(partials, f64::MIN) {
         return Ok(());
     }
@@ -343,7 +390,9 @@ fn check_outputs(
     let descriptor = kinetics.descriptor();
     Err(KineticsError::BadOutput(Box::new(BadValue {
         law: match quantity {
-            Quantity::Observables => descriptor.title(),
+            Quantity::Observables | Quantity::Feedback(_) | Quantity::FeedbackPartials(_) => {
+                descriptor.title()
+            }
             _ => kinetics.offender(quantity.reads_signals(), batch),
         },
         call: quantity.call(),

@@ -5,6 +5,7 @@
 //! ```text
 //! R_s(c, x)    rates                          ∂R_s/∂c_j, ∂R_s/∂x_k
 //! Φ(c) > 0     length factor of active strain ∂Φ/∂c_j
+//! C₀(c), Φ_⊥(c)  other feedback on the sheet      ([`Feedback`])
 //! o_k(c, y)    observables, for output; y may be other signals
 //! ```
 //!
@@ -19,6 +20,7 @@ pub mod descriptor;
 pub mod differences;
 mod error;
 mod exact;
+mod feedback;
 pub mod field;
 pub mod formula;
 mod host_law;
@@ -38,6 +40,7 @@ pub use descriptor::{
     Capabilities, Descriptor, Location, Observable, Parameter, SignalRead, Species,
 };
 pub use error::KineticsError;
+pub use feedback::Feedback;
 pub use host_law::{HostLaw, Template};
 pub use library::isolated::{IsolatedKinetics, IsolatedLibrary, Isolation, serve_if_asked};
 #[cfg(unix)]
@@ -118,6 +121,32 @@ pub trait Kinetics: Send + Sync + std::fmt::Debug {
         partials: &mut [&mut [f64]],
     ) -> Outcome {
         differences::length_factor_partials(self, batch, factor, partials)
+    }
+
+    /// Writes one of the quantities of [`Feedback`], of the species; the batch has no signals. Provided: the value where no
+    /// law gives it.
+    ///
+    /// # Errors
+    /// If the law fails; `values` is then unspecified.
+    fn feedback(&self, which: Feedback, _batch: &Batch<'_>, values: &mut [f64]) -> Outcome {
+        values.fill(which.neutral());
+        Ok(None)
+    }
+
+    /// Writes it with its partial derivatives by the species: `partials[s][point]`.
+    ///
+    /// Provided: differences, or zeros if the descriptor does not give it.
+    ///
+    /// # Errors
+    /// If the law fails; the outputs are then unspecified.
+    fn feedback_partials(
+        &self,
+        which: Feedback,
+        batch: &Batch<'_>,
+        values: &mut [f64],
+        partials: &mut [&mut [f64]],
+    ) -> Outcome {
+        differences::feedback_partials(self, which, batch, values, partials)
     }
 
     /// Writes the observables of the descriptor, from the species and the signals that these read

@@ -48,6 +48,7 @@ pub struct Library {
     length_factor: abi::Evaluate,
     length_factor_partials: abi::EvaluatePartials,
     observe: abi::Evaluate,
+    feedback: abi::Feedback,
 }
 
 /// Compares the functions of a table with the capabilities declared.
@@ -117,6 +118,8 @@ impl Library {
         let mut descriptor = unsafe { read::descriptor(&table) }.map_err(bad)?;
         // SAFETY: as above.
         let observe = unsafe { read::observables(&table, &mut descriptor) }.map_err(bad)?;
+        // SAFETY: as above.
+        let feedback = unsafe { read::feedback(&table, descriptor.capabilities) }.map_err(bad)?;
         functions_match(&table, descriptor.capabilities).map_err(bad)?;
         Ok(Arc::new(Self {
             create: table.create,
@@ -126,6 +129,7 @@ impl Library {
             length_factor: table.length_factor,
             length_factor_partials: table.length_factor_partials,
             observe,
+            feedback,
             path,
             descriptor,
         }))

@@ -5,6 +5,7 @@ use std::fmt;
 
 use rumple_numerics::num::Short;
 
+use super::feedback::is_factor;
 use super::{Batch, Descriptor, SignalRead};
 
 /// A point of a call.
@@ -63,6 +64,8 @@ impl fmt::Display for Site {
 
 /// What messages call the length factor.
 pub(super) const LENGTH_FACTOR: &str = "the length factor";
+/// The same of the one across a fibre.
+pub(super) const LENGTH_FACTOR_ACROSS: &str = "the length factor across";
 
 /// A bad output, with all that is needed to reproduce it.
 #[derive(Debug, Clone, PartialEq)]
@@ -87,7 +90,7 @@ impl fmt::Display for BadValue {
             return write!(f, "{law} leaves {quantity} unwritten in {call} at {site}: {must}");
         }
         write!(f, "{law} returned {} in {call} for {quantity} at {site}", Short(*value))?;
-        if *value <= 0.0 && quantity == LENGTH_FACTOR {
+        if *value <= 0.0 && is_factor(quantity) {
             write!(
                 f,
                 "; a length factor must be positive: keep the species in their range, or let the \

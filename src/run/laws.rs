@@ -273,6 +273,10 @@ fn formula_error(scene: &Scene, table: &str, law: &Law, error: &LawError) -> Err
         Which::LengthFactor => {
             (format!("{table}.length_factor"), law.length_factor.clone().unwrap_or_default())
         }
+        Which::Feedback(k) => {
+            let (which, text) = &law.feedback[k];
+            (format!("{table}.{}", which.name()), text.clone())
+        }
         Which::Observable(k) => {
             let (observable, text) = &law.observables[k];
             (path_to(&format!("{table}.observables"), &observable.name), text.clone())

@@ -54,6 +54,12 @@ pub(super) fn on_scene(
             "the scene lists {name} more than once (effect[{number}] and effect[{second}]): {sum}"
         ));
     }
+    let curved = scene.kinetics.iter().any(|law| law.curvature.is_some());
+    if curved && !names.iter().any(|name| name == "bending") {
+        notes.push(
+            "the law gives a spontaneous curvature (kinetics.curvature), and no effect bends: it does nothing".into(),
+        );
+    }
     let tolerance = scene.equilibrium.tolerance();
     if tolerance >= LOOSE {
         notes.push(format!(

@@ -13,10 +13,9 @@ use super::ranks::Spread;
 use super::simulation::Simulation;
 use super::snapshot::Snapshot;
 use super::{Error, Fields, Result, initial_state, laws, lints, planar, scale_checks};
-use crate::effects::{Elasticity, Field, ReadSurface};
+use crate::effects::{EffectError, Elasticity, ReadSurface};
 use crate::kinetics::{Kinetics, Location, Search, Signal};
 use crate::model::{Model, ParameterFields, Potential, State};
-use crate::num::checked::Positive;
 use crate::problem::{Law, Part, Problem, ProblemError, rest_areas};
 use crate::reduction::Communicator;
 use crate::scene::{Scene, SheetSource};
@@ -37,16 +36,17 @@ fn material_read_by(
     read: &ReadSurface<'_>,
 ) -> Result<Option<Elasticity>> {
     let Some(material) = &scene.material else { return Ok(None) };
-    let of = |field: &Field<Positive>, key| {
-        field
-            .on(Location::Face, sheet, Some(read), key)
-            .map_err(|e| scene.error_at(&format!("material.{key}"), &e.message, e.help.as_deref()))
+    let placed = |key: &'static str| {
+        move |e: EffectError| {
+            scene.error_at(&format!("material.{key}"), &e.message, e.help.as_deref())
+        }
     };
-    Ok(Some(Elasticity {
-        young: of(&material.young, "young")?,
-        poisson: material.poisson.get(),
-        thickness: of(&material.thickness, "thickness")?,
-    }))
+    let (place, read) = (Location::Face, Some(read));
+    let young = material.young.on(place, sheet, read, "young").map_err(placed("young"))?;
+    let poisson = material.poisson.on(place, sheet, read, "poisson").map_err(placed("poisson"))?;
+    let thickness =
+        material.thickness.on(place, sheet, read, "thickness").map_err(placed("thickness"))?;
+    Ok(Some(Elasticity { young, poisson, thickness }))
 }
 
 /// Refuses what a point cannot have.
@@ -164,6 +164,7 @@ fn on(
     }
     // A start that no sheet can have is refused; later a run would end with it.
     simulation.evaluate().length_factor()?;
+    simulation.evaluate().curvature()?;
     simulation.notes.extend(simulation.stepper.find_breakpoints());
     Ok(simulation)
 }

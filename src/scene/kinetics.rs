@@ -56,6 +56,12 @@ pub struct KineticsSpec {
     /// A law's length factor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub length_factor: Option<String>,
+    /// A law's length factor across a fibre.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub length_factor_across: Option<String>,
+    /// A law's spontaneous curvature.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curvature: Option<String>,
     /// Observables of a law.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub observables: BTreeMap<String, String>,
@@ -196,6 +202,8 @@ fn read_one(mut node: Node) -> Result<KineticsSpec, Problem> {
         ("species", !kinetics.species.is_empty()),
         ("let", !kinetics.r#let.is_empty()),
         ("length_factor", kinetics.length_factor.is_some()),
+        ("length_factor_across", kinetics.length_factor_across.is_some()),
+        ("curvature", kinetics.curvature.is_some()),
         ("observables", !kinetics.observables.is_empty()),
     ];
     match (&kinetics.plugin, law) {

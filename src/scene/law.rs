@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::kinetics::descriptor::Default as ParameterDefault;
 use crate::kinetics::formula::{Formula, Law};
-use crate::kinetics::{Location, Observable, Parameter, Species};
+use crate::kinetics::{Feedback, Location, Observable, Parameter, Species};
 use crate::num::checked::{Finite, Positive};
 
 use super::{KineticsSpec, ParameterSpec};
@@ -88,7 +88,17 @@ impl KineticsSpec {
             lets: named(&self.r#let),
             rates: named(&self.rates),
             length_factor: self.length_factor.clone(),
+            feedback: self.feedback(),
             observables: observables.collect(),
         })
+    }
+
+    /// What its law gives besides rates and the length factor.
+    fn feedback(&self) -> Vec<(Feedback, String)> {
+        let text = |which: Feedback| match which {
+            Feedback::Curvature => &self.curvature,
+            Feedback::FactorAcross => &self.length_factor_across,
+        };
+        Feedback::ALL.into_iter().filter_map(|which| Some((which, text(which).clone()?))).collect()
     }
 }

@@ -16,7 +16,7 @@ checked_number!(
 
 /// The table `[material]`.
 ///
-/// The 2-D modulus is Y = E h/(1-ν²), the bending rigidity B = E h³/(12(1-ν²)). E and h are fields over the triangles.
+/// The 2-D modulus is Y = E h/(1-ν²), the bending rigidity B = E h³/(12(1-ν²)). E, ν and h are fields over the triangles.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Material {
@@ -24,7 +24,7 @@ pub struct Material {
     pub young: Field<Positive>,
     /// Poisson's ratio ν. A lattice of bonds has ν = 1/3 whatever stands here; in Y and B this
     /// value enters.
-    pub poisson: PoissonRatio,
+    pub poisson: Field<PoissonRatio>,
     /// Thickness h, length.
     pub thickness: Field<Positive>,
     /// What resists the motion of the sheet.

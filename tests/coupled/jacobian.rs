@@ -5,12 +5,13 @@ use std::sync::Arc;
 use rumple::Vec3;
 use rumple::effects::{
     BondStretching, Cotan, DirectedGrowth, Effect, EffectContext, EffectSpec, EnergyTerm, Fibre,
-    Field, GreenGauss, Held, Measure, MeyerBending, StretchingModulus, StretchingWeight,
-    StvkStretching, TransportTerm,
+    Field, GreenGauss, Held, HingeBending, Measure, MeyerBending, RestShape, StretchingModulus,
+    StretchingWeight, StvkStretching, TransportTerm,
 };
 use rumple::geometry::{AreaRule, VertexArea};
 use rumple::kinetics::{
-    Batch, Capabilities, Descriptor, Kinetics, Location, Outcome, Signal, SignalRead, Species,
+    Batch, Capabilities, Descriptor, Feedback, Kinetics, Location, Outcome, Signal, SignalRead,
+    Species,
 };
 use rumple::model::{
     Chemistry, Coupled, Drag, Mechanics, Model, ParameterFields, Part, Signals, State, Storage,
@@ -51,11 +52,19 @@ impl Everything {
                 rate_partials: true,
                 length_factor: true,
                 length_factor_partials: true,
-                parameter_fields: false,
+                ..Capabilities::default()
             },
             observables: Vec::new(),
             observed: Vec::new(),
         })
+    }
+
+    /// The same, which bends the sheet as well, and grows across a fibre.
+    fn with_feedback(location: Location) -> Self {
+        let mut all = Self::new(location);
+        all.0.capabilities.curvature = true;
+        all.0.capabilities.length_factor_across = true;
+        all
     }
 
     /// `(1 + k) sin(k + x_k)` summed over inputs, another phase for each species.
@@ -123,6 +132,36 @@ impl Kinetics for Everything {
             }
         }
         self.length_factor(batch, factor)
+    }
+
+    fn feedback(&self, which: Feedback, batch: &Batch<'_>, values: &mut [f64]) -> Outcome {
+        for (point, value) in values.iter_mut().enumerate() {
+            let [a, b] = [0, 1].map(|s| batch.species[s].at(point));
+            *value = match which {
+                Feedback::Curvature => 0.8 * (2.0 * a - b).sin(),
+                Feedback::FactorAcross => 1.0 + 0.1 * (a * b).cos(),
+            };
+        }
+        Ok(None)
+    }
+
+    fn feedback_partials(
+        &self,
+        which: Feedback,
+        batch: &Batch<'_>,
+        values: &mut [f64],
+        partials: &mut [&mut [f64]],
+    ) -> Outcome {
+        for (s, partial) in partials.iter_mut().enumerate() {
+            for (point, partial) in partial.iter_mut().enumerate() {
+                let [a, b] = [0, 1].map(|s| batch.species[s].at(point));
+                *partial = match which {
+                    Feedback::Curvature => 0.8 * (2.0 * a - b).cos() * [2.0, -1.0][s],
+                    Feedback::FactorAcross => -0.1 * (a * b).sin() * [b, a][s],
+                };
+            }
+        }
+        self.feedback(which, batch, values)
     }
 }
 
@@ -249,8 +288,11 @@ fn holding(
 }
 
 /// The same, its length factor along a fibre.
-fn with_fibres(sheet: &Arc<Sheet>, across: f64) -> Arc<Model> {
-    let kinetics = Everything::new(Location::Vertex);
+fn with_fibres(sheet: &Arc<Sheet>, across: Option<f64>) -> Arc<Model> {
+    let kinetics = match across {
+        Some(_) => Everything::new(Location::Vertex),
+        None => Everything::with_feedback(Location::Vertex),
+    };
     let context = EffectContext {
         sheet,
         material: Some(&MATERIAL),
@@ -259,7 +301,7 @@ fn with_fibres(sheet: &Arc<Sheet>, across: f64) -> Arc<Model> {
         measure: Measure::Amount,
         read: None,
     };
-    let fibre = Fibre(["0.8", "0.5", "0.1"].map(|text| Field::Formula(text.into())));
+    let fibre = Fibre::Components(["0.8", "0.5", "0.1"].map(|text| Field::Formula(text.into())));
     let direction = DirectedGrowth { fibre, across }.build(&context).unwrap().direction;
     let stvk = EnergyTerm::new(StvkStretching::new(&MATERIAL, StretchingModulus::Paper));
     let signals = Signals::new(
@@ -289,9 +331,56 @@ fn with_fibres(sheet: &Arc<Sheet>, across: f64) -> Arc<Model> {
 #[test]
 fn the_length_factor_of_a_law_has_its_derivatives_along_fibres_too() {
     let sheet = Arc::new(irregular(5, 4, 0.15));
-    for across in [0.0, -1.0, 0.5, 1.0] {
+    // The last by a factor of its own across them.
+    for across in [Some(0.0), Some(-1.0), Some(0.5), Some(1.0), None] {
         let found = deviation(&with_fibres(&sheet, across), &state(&sheet, Location::Vertex));
-        assert!(found < 1e-7, "{across}: {found}");
+        assert!(found < 1e-7, "{across:?}: {found}");
+    }
+}
+
+/// A law that gives spontaneous curvature to one of the models of bending.
+fn bent(sheet: &Arc<Sheet>, location: Location, bending: EnergyTerm) -> Arc<Model> {
+    let stretching = bond(StretchingWeight::OptimalArea);
+    let pins = vec![[false; 3]; sheet.vertex_count()];
+    let mechanics = Mechanics::new(Arc::clone(sheet), vec![stretching, bending], pins).unwrap();
+    let signals = Signals::new(
+        Signal::ALL.to_vec(),
+        location,
+        VertexArea::new(sheet, AreaRule::FrozenVoronoi),
+        Some(&(&MATERIAL).into()),
+        TensionReading::Paper,
+        vec![1.0; sheet.triangle_count()],
+    );
+    let chemistry = Chemistry::new(
+        sheet,
+        Arc::new(Everything::with_feedback(location)),
+        ParameterFields::default(),
+        location,
+        signals,
+        Vec::new(),
+        Measure::Concentration,
+    );
+    let storage = Storage { mechanics: 1.0, chemistry: 1.0 };
+    Arc::new(Model::new(mechanics, Some(chemistry), storage, Drag::per_vertex(3.0)))
+}
+
+#[test]
+fn the_jacobian_is_exact_for_spontaneous_curvatures_of_a_law() {
+    let sheet = Arc::new(irregular(8, 7, 0.2));
+    let shapes =
+        [RestShape::default(), RestShape::at(&crumpled(&sheet, 0.1))].map(RestShape::following_law);
+    for location in [Location::Vertex, Location::Face] {
+        for (k, rest) in shapes.iter().enumerate() {
+            let rule = AreaRule::FrozenVoronoi;
+            let meyer = EnergyTerm::new(MeyerBending::with_rest(&sheet, &MATERIAL, rule, rest));
+            let hinge = EnergyTerm::new(HingeBending::with_rest(&sheet, &MATERIAL, rest));
+            for (name, bending) in [("meyer", meyer), ("hinge", hinge)] {
+                let model = bent(&sheet, location, bending);
+                let [forces, rates] = deviations(&model, &state(&sheet, location));
+                assert!(rates < 1e-6, "{name}, {location:?}, {k}: {rates:e}");
+                assert!(forces < 1e-6, "{name}, {location:?}, {k}: {forces:e}");
+            }
+        }
     }
 }
 

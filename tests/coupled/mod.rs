@@ -1,6 +1,7 @@
 //! The coupled system: its residual, its Jacobian, and the ways to integrate it.
 
 mod chemistry;
+mod curvature;
 mod folds;
 mod hazards;
 mod jacobian;

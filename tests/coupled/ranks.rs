@@ -9,6 +9,7 @@ use std::time::Duration;
 use rumple::effects::{
     Axes, Bending, Diffusion, DiffusionMetric, Material, Pin, Pressure, Region, Stretching,
 };
+use rumple::kinetics::Feedback;
 use rumple::kinetics::formula::{FormulaKinetics, Law};
 use rumple::model::{Policy, State};
 use rumple::num::checked::{Finite, NonNegative, Positive};
@@ -111,7 +112,8 @@ fn problem(sheet: Sheet, method: &str, policy: Policy) -> Problem<'static> {
     let law = Law::named("patches")
         .parameter("k", 2.0)
         .species("c", "k*(0.5 + 0.5*tanh(x) - c)")
-        .length_factor("1 + 0.2*c");
+        .length_factor("1 + 0.2*c")
+        .feedback(Feedback::Curvature, "0.05*c");
     let law = problem::Law::new(Arc::new(FormulaKinetics::new(&law).unwrap()));
     let problem = Problem::on(sheet)
         .material(Material { young: 1e3, poisson: 1.0 / 3.0, thickness: 0.3 })

@@ -9,7 +9,7 @@ use rumple::effects::{
     StvkStretching,
 };
 use rumple::model::{Drag, Mechanics, Model, Potential, Storage};
-use rumple::sheet::Sheet;
+use rumple::sheet::{Array, Sheet, Surface};
 
 use crate::common::{irregular, lattice};
 use crate::mechanics::MATERIAL;
@@ -31,13 +31,13 @@ fn factor(sheet: &Sheet, formula: &str) -> LengthFactor {
 }
 
 fn fibre(components: [&str; 3]) -> Fibre {
-    Fibre(components.map(|text| Field::Formula(text.into())))
+    Fibre::Components(components.map(|text| Field::Formula(text.into())))
 }
 
 fn directed(along: Option<&str>, across: Option<&str>, components: [&str; 3]) -> Growth {
     Growth {
-        along: along.map(String::from),
-        across: across.map(String::from),
+        along: along.map(|text| Field::Formula(text.into())),
+        across: across.map(|text| Field::Formula(text.into())),
         fibre: Some(fibre(components)),
         factor: None,
         region: Region::All,
@@ -71,6 +71,69 @@ fn a_formula_without_the_time_is_evaluated_once() {
         assert!((product - 1.4 * first[e]).abs() < 1e-14, "{product}");
     }
     assert_eq!(both.growth(0.0).unwrap().unwrap(), first);
+}
+
+/// Arrays and regions give what the formulas of the same values give; of an array, the sign of a direction has no meaning.
+#[test]
+fn growth_and_fibres_may_be_arrays() {
+    let sheet = irregular(6, 5, 0.15);
+    let rest = sheet.rest();
+    let array = |name: &str, components: usize, values: Vec<f64>| Array {
+        name: name.into(),
+        components,
+        values,
+    };
+    let sign = |v: usize| if v.is_multiple_of(3) { -2.0 } else { 1.0 };
+    let vectors: Vec<f64> = (0..rest.len())
+        .flat_map(|v| [0.8, 0.6, 0.3].map(|component| sign(v) * component))
+        .collect();
+    let surface = || Surface {
+        points: rest.to_vec(),
+        triangles: sheet.triangles().to_vec(),
+        point_arrays: vec![
+            array("g", 1, rest.iter().map(|x| 1.0 + 0.1 * x.x).collect()),
+            array("a", 3, vectors.clone()),
+        ],
+        cell_arrays: vec![array(
+            "c",
+            3,
+            (0..sheet.triangle_count()).flat_map(|_| [0.8, 0.6, 0.3]).collect(),
+        )],
+        ..Surface::default()
+    };
+    let read = |_: &std::path::Path| Ok(surface());
+    let built = |growth: &Growth| {
+        let context = EffectContext {
+            sheet: &sheet,
+            material: None,
+            varying: None,
+            kinetics: None,
+            measure: Measure::Concentration,
+            read: Some(&read),
+        };
+        growth
+            .build(&context)
+            .map(|mut effect| effect.growth.remove(0).at(&sheet, 0.0).into_owned())
+    };
+    let of = |name: &str| Field::Array { file: "mesh.vtu".into(), array: name.into() };
+    let along = |name: &str| Growth {
+        along: Some(of("g")),
+        fibre: Some(Fibre::Array { file: "mesh.vtu".into(), array: name.into() }),
+        ..directed(None, None, ["0", "0", "0"])
+    };
+    let expected = built(&directed(Some("1 + 0.1*x"), None, ["0.8", "0.6", "0.3"])).unwrap();
+    for name in ["a", "c"] {
+        for (a, b) in built(&along(name)).unwrap().iter().zip(&expected) {
+            assert!((a - b).abs() < 1e-14, "{name}: {a} {b}");
+        }
+    }
+    let isotropic = Growth { factor: Some(of("g")), ..Growth::isotropic("1", Region::All) };
+    let expected = built(&Growth::isotropic("1 + 0.1*x", Region::All)).unwrap();
+    assert_eq!(built(&isotropic).unwrap(), expected);
+    let error = built(&along("b")).unwrap_err();
+    assert_eq!((error.key, error.help.as_deref()), ("fibre", Some("its arrays: g, a, c")));
+    let error = built(&along("g")).unwrap_err();
+    assert!(error.message.contains("a fibre has 3 per vertex"), "{error}");
 }
 
 /// What grows by 1.3 along a fibre and by 0.8 across it is free of stress where it is stretched like that.
@@ -113,7 +176,7 @@ fn growth_that_is_not_whole_is_refused_at_its_key() {
         (Growth { fibre: None, ..along(["1", "0", "0"]) }, "along", "needs the fibre"),
         (directed(None, None, ["1", "0", "0"]), "fibre", "along or across"),
         (
-            Growth { factor: Some("2".into()), ..along(["1", "0", "0"]) },
+            Growth { factor: Some(Field::Formula("2".into())), ..along(["1", "0", "0"]) },
             "factor",
             "every direction",
         ),
@@ -128,22 +191,24 @@ fn growth_that_is_not_whole_is_refused_at_its_key() {
     }
 }
 
-/// The growth of a user-defined effect is evaluated at every time, and refused where it does not fit.
-/// A number is a formula; branches are followed along numbers alone.
+/// A number stays one: branches are followed along numbers alone.
 #[test]
-fn a_length_factor_is_a_number_or_a_formula() {
+fn a_length_factor_is_a_field() {
     let read = |text: &str| toml::from_str::<Growth>(text);
-    assert_eq!(read("factor = 1.25").unwrap().factor.as_deref(), Some("1.25"));
-    assert_eq!(read("factor = 2").unwrap().factor.as_deref(), Some("2"));
-    assert_eq!(read("factor = \"1 + t\"").unwrap().factor.as_deref(), Some("1 + t"));
+    let number = |text: &str| read(text).unwrap().factor.and_then(|factor| factor.number());
+    assert_eq!(number("factor = 1.25"), Some(1.25));
+    assert_eq!(number("factor = 2"), Some(2.0));
+    let formula = read("factor = \"1 + t\"").unwrap().factor;
+    assert_eq!(formula, Some(Field::Formula("1 + t".into())));
     let directed = read("fibre = [1, 0, 0]\nalong = 1.1").unwrap();
-    assert_eq!((directed.along.as_deref(), directed.across), (Some("1.1"), None));
+    assert_eq!((directed.along.and_then(|f| f.number()), directed.across), (Some(1.1), None));
     for wrong in ["factor = nan", "factor = true", "factor = [1.0]"] {
         let error = read(wrong).unwrap_err().to_string();
-        assert!(error.contains("a number or a formula"), "{wrong}: {error}");
+        assert!(error.contains("number"), "{wrong}: {error}");
     }
 }
 
+/// The growth of a user-defined effect is evaluated at every time, and refused where it does not fit.
 #[test]
 fn growth_can_be_a_function() {
     let sheet = std::sync::Arc::new(lattice(4, 3));

@@ -106,7 +106,7 @@ const RIGHT: Damaged = Damaged { stiffness: 2.0, rate: 0.7, bound: 1.0 };
 fn damage_of_a_strangers_effect_softens_springs() {
     use rumple::effects::{Load, LoadForce, Stretching};
     let number = |x: f64| Finite::new(x).unwrap();
-    let force = LoadForce::PerVertex([number(0.0), number(0.0), number(0.1)]);
+    let force = LoadForce::PerVertex([0.0, 0.0, 0.1].map(|f| number(f).into()));
     let sheet = generate(&Form::Disc { radius: 3.0 }, 60, 1).unwrap();
     let mut stepper = Problem::on(sheet)
         .material(Material { young: 10.0, poisson: 0.3, thickness: 0.1 })

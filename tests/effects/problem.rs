@@ -33,7 +33,7 @@ fn plate(sheet: Arc<Sheet>) -> Problem<'static> {
         })
         .effect(Load {
             region: Region::All,
-            force: LoadForce::AlongNormal(Finite::ONE),
+            force: LoadForce::AlongNormal(Finite::ONE.into()),
             ramp: None,
         })
         .equilibrium(LbfgsSpec { tolerance: Positive::constant(1e-9), ..LbfgsSpec::default() })

@@ -47,6 +47,7 @@ fn law(rate: &str) -> Law {
         lets: Vec::new(),
         rates: vec![Formula { name: "u".into(), text: rate.into() }],
         length_factor: None,
+        feedback: Vec::new(),
         observables: Vec::new(),
     }
 }

@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 use rumple::Vec3;
 use rumple::effects::Pins;
 use rumple::effects::{
-    DeadLoad, Energy, EnergyTerm, FollowerPressure, HessianPart, LoadForce, Region,
+    DeadLoad, Energy, EnergyTerm, Field, FollowerPressure, HessianPart, LoadForce, Region,
 };
 use rumple::model::Potential;
 use rumple::num::checked::Finite;
@@ -42,39 +42,76 @@ fn dead_loads_have_the_resultant_that_is_asked_for() {
     let load = |mask: &[bool], force| DeadLoad::new(&sheet, mask, force).unwrap();
     let near = |a: Vec3, b: Vec3| assert!((a - b).norm() < 1e-12 * b.norm(), "{a} {b}");
     near(sum(&load(&all, LoadForce::Total(finite(f)))), vector);
-    near(sum(&load(&all, LoadForce::PerVertex(finite(f)))), 99.0 * vector);
+    near(sum(&load(&all, LoadForce::PerVertex(finite(f).map(Field::from)))), 99.0 * vector);
     let few = Region::Vertices(vec![3, 50]);
     let on = load(&few.mask(&sheet), LoadForce::Total(finite(f)));
     near(on.force()[50], 0.5 * vector);
     assert_eq!(on.force()[4], Vec3::zeros());
     // The bottom row is straight, 10 long; its ends carry half of what its inner vertices do.
     let bottom = Region::Cuboid { min: [-1.0, -0.1, -1.0], max: [99.0, 0.1, 1.0] };
-    let on = load(&bottom.mask(&sheet), LoadForce::PerLength(finite(f)));
+    let on = load(&bottom.mask(&sheet), LoadForce::PerLength(finite(f).map(Field::from)));
     near(sum(&on), 10.0 * vector);
     near(on.force()[0], 0.5 * vector);
     near(on.force()[1], vector);
     let area = 10.0 * 8.0 * 0.75f64.sqrt();
-    near(sum(&load(&all, LoadForce::PerArea(finite(f)))), area * vector);
-    let up = load(&all, LoadForce::AlongNormal(Finite::new(3.0).unwrap()));
+    near(sum(&load(&all, LoadForce::PerArea(finite(f).map(Field::from)))), area * vector);
+    let up = load(&all, LoadForce::AlongNormal(Finite::new(3.0).unwrap().into()));
     near(sum(&up), Vec3::new(0.0, 0.0, 3.0 * area));
     let sphere = icosphere(2, 1.0);
     let all = Region::All.mask(&sphere);
-    let force = LoadForce::AlongNormal(Finite::ONE);
+    let force = LoadForce::AlongNormal(Finite::ONE.into());
     let out = DeadLoad::new(&sphere, &all, force).unwrap();
     assert!(sum(&out).norm() < 1e-13);
     assert!(out.force().iter().zip(sphere.rest()).all(|(f, x)| f.dot(x) > 0.9 * f.norm()));
     // A region in which nothing can carry the load.
-    let none = DeadLoad::new(&sphere, &all, LoadForce::PerLength(finite(f))).unwrap_err();
+    let none =
+        DeadLoad::new(&sphere, &all, LoadForce::PerLength(finite(f).map(Field::from))).unwrap_err();
     assert_eq!(none.to_string(), "no boundary edge has both ends in the region of this load");
     let one = Region::Vertices(vec![7]).mask(&sphere);
-    let none = DeadLoad::new(&sphere, &one, LoadForce::PerArea(finite(f))).unwrap_err();
+    let none =
+        DeadLoad::new(&sphere, &one, LoadForce::PerArea(finite(f).map(Field::from))).unwrap_err();
     assert_eq!(none.to_string(), "no triangle has all corners in the region of this load");
+}
+
+/// A force per area that is a formula of the centroids, one per length or vertex of the vertices.
+#[test]
+fn dead_loads_may_differ_from_place_to_place() {
+    let sheet = irregular(11, 9, 0.2);
+    let all = Region::All.mask(&sheet);
+    let field = |text: &str| Field::Formula(text.into());
+    let [zero, one] = [0.0, 1.0].map(|f| Field::from(Finite::new(f).unwrap()));
+    let load = |force| DeadLoad::new(&sheet, &all, force).unwrap();
+    let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12 * b.abs(), "{a} {b}");
+    let area = 10.0 * 8.0 * 0.75f64.sqrt();
+    // The centroid of the whole sheet, by its rest shape.
+    let moment = |of: &dyn Fn(&Vec3) -> f64| {
+        let triangles = sheet.triangles().iter().map(|t| t.map(|v| sheet.rest()[v as usize]));
+        let each = triangles
+            .map(|[a, b, c]| 0.5 * (b - a).cross(&(c - a)).norm() * of(&((a + b + c) / 3.0)));
+        each.sum::<f64>()
+    };
+    let on = sum(&load(LoadForce::PerArea([zero.clone(), one.clone(), field("2 - x")])));
+    near(on.y, area);
+    near(on.z, moment(&|x| 2.0 - x.x));
+    let on = load(LoadForce::AlongNormal(field("1 + y^2")));
+    near(sum(&on).z, moment(&|x| 1.0 + x.y * x.y));
+    let on = load(LoadForce::PerVertex([field("x"), zero.clone(), one]));
+    for (force, x) in on.force().iter().zip(sheet.rest()) {
+        assert_eq!(*force, Vec3::new(x.x, 0.0, 1.0));
+    }
+    let bottom = Region::Cuboid { min: [-1.0, -0.1, -1.0], max: [99.0, 0.1, 1.0] };
+    let force = LoadForce::PerLength([zero.clone(), zero.clone(), field("x")]);
+    let on = DeadLoad::new(&sheet, &bottom.mask(&sheet), force).unwrap();
+    near(sum(&on).z, 50.0);
+    let wrong = LoadForce::PerVertex([zero.clone(), zero, field("1/(x - x)")]);
+    let error = DeadLoad::new(&sheet, &all, wrong).unwrap_err();
+    assert_eq!(error.key, "force");
 }
 
 #[test]
 fn a_dead_load_does_not_change_with_the_shape() {
     let sheet = Arc::new(irregular(6, 5, 0.2));
-    let force = LoadForce::PerArea(finite([0.3, 0.0, -1.0]));
+    let force = LoadForce::PerArea(finite([0.3, 0.0, -1.0]).map(Field::from));
     let load = DeadLoad::new(&sheet, &Region::All.mask(&sheet), force).unwrap();
     let forces = load.force().to_vec();
     let mut mechanics = mechanics(&sheet, load, free(&sheet));

@@ -90,7 +90,7 @@ fn clamped(columns: u32, rows: u32, load: Vec3) -> Potential {
     let sheet = Arc::new(Sheet::new(rest, triangles).unwrap());
     let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 0.3 };
     let pins: Vec<[bool; 3]> = sheet.rest().iter().map(|x| [x.x < 1.5; 3]).collect();
-    let force = LoadForce::PerArea(<[f64; 3]>::from(load).map(|f| Finite::new(f).unwrap()));
+    let force = LoadForce::PerArea(<[f64; 3]>::from(load).map(|f| Finite::new(f).unwrap().into()));
     let load = DeadLoad::new(&sheet, &vec![true; sheet.vertex_count()], force).unwrap();
     let (s, b) = (Stretching::default(), Bending::default());
     let energies: Vec<EnergyTerm> = vec![

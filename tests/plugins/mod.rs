@@ -5,6 +5,7 @@ mod correct;
 #[cfg(target_os = "linux")]
 mod embedding;
 mod faults;
+mod feedback;
 mod fields;
 mod isolated;
 mod joint;

@@ -44,11 +44,16 @@ fn meshes(folder: &Path) {
 fn rest_shapes_go_on_with_the_same_bits_under_every_policy() {
     for keys in [
         &["time.policy=\"quasi-static\""][..],
-        &["time.policy=\"quasi-static\"", "effect.bending.model=hinge"],
+        &[
+            "time.policy=\"quasi-static\"",
+            "effect.bending.model=hinge",
+            "kinetics.curvature=\"0.1*c^2\"",
+        ],
         &["time.policy=\"chemistry-fast\""],
         &["time.policy=\"simultaneous\""],
         &[
             "time.policy=\"simultaneous\"",
+            "kinetics.curvature=\"0.1*c^2\"",
             "time.integrator={ kind = \"monolithic\", rtol = 1e-3, atol = 1e-3 }",
         ],
     ] {

@@ -58,7 +58,11 @@ fn built(file: &str, from: &str, to: &str) -> (String, Result<Simulation, rumple
 }
 
 fn material(file: &str, key: &str) -> rumple::effects::Elasticity {
-    let from = if key.starts_with("young") { "young = 2.0" } else { "thickness = 0.5" };
+    let from = match key.split(' ').next() {
+        Some("young") => "young = 2.0",
+        Some("poisson") => "poisson = 0.3",
+        _ => "thickness = 0.5",
+    };
     let text = TEXT.replace("FILE", file).replacen(from, key, 1);
     let scene = Scene::parse(&text, "s.toml", &[]).unwrap();
     let read_back = Scene::parse(&scene.resolved().unwrap(), "r.toml", &[]).unwrap();
@@ -81,6 +85,7 @@ fn fields_are_read_at_the_triangles() {
     let arrays = material(&file, &format!("young = {{ file = \"{file}\", array = \"e\" }}")).young;
     let points =
         material(&file, &format!("thickness = {{ file = \"{file}\", array = \"h\" }}")).thickness;
+    let ratio = material(&file, "poisson = \"0.1*x - 0.2\"").poisson;
     let regions = material(
         &file,
         "thickness = { default = 1.0, regions = [{ where = { half-space = { point = [1, 0, 0], normal = [1, 0, 0] } \
@@ -90,6 +95,7 @@ fn fields_are_read_at_the_triangles() {
     for (t, corners) in sheet.triangles().iter().enumerate() {
         let x = centroid(t).x;
         assert!((formula.at(t) - 1.0 - x).abs() < 1e-14);
+        assert!((ratio.at(t) - 0.1 * x + 0.2).abs() < 1e-14);
         assert_eq!(arrays.at(t), 1.0 + 0.25 * t as f64);
         let mean = corners.iter().map(|v| 0.5 + 0.125 * f64::from(*v)).sum::<f64>() / 3.0;
         assert!((points.at(t) - mean).abs() < 1e-14);
@@ -154,6 +160,47 @@ fn wrong_fields_are_refused_at_their_key() {
         assert!(error.message().contains(message), "{}", error.message());
     }
     assert!(built(&file, "thickness = 0.5", &array("h")).1.is_ok());
+}
+
+#[test]
+fn wrong_ratios_loads_and_growth_are_refused_at_their_key() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, file) = written(folder.path());
+    let effect = |table: &str| format!("{table}\n\n[[effect]]\nkind = \"stretching\"\n");
+    let stretching = "kind = \"stretching\"\n";
+    let load = "kind = \"load\"\nwhere = \"all\"\nforce = { per-area = [0, 0, \"exp(1000 + x)\"] }";
+    let growth = |field: &str| format!("kind = \"growth\"\nfactor = {field}");
+    let regions = "{ default = 1.0, regions = [{ where = \"rim\", value = -1.0 }] }";
+    let array = format!("{{ file = \"{file}\", array = \"e\" }}");
+    let fibre =
+        format!("kind = \"growth\"\nalong = 2\nfibre = {{ file = \"{file}\", array = \"h\" }}");
+    for (from, to, message) in [
+        ("poisson = 0.3", "poisson = \"x\"".to_owned(), "material.poisson: it is "),
+        ("poisson = 0.3", "poisson = 0.7".to_owned(), "material.poisson must be a number above -1"),
+        (stretching, effect(load), "effect[0].force: it is "),
+        (stretching, effect(&growth(regions)), "effect[0].factor: the length factor is "),
+        (stretching, effect(&growth("\"1 + u\"")), "effect[0].factor: unknown name `u`"),
+        (stretching, effect(&growth(&array)), "effect[0].factor: "),
+        (stretching, effect(&fibre), "effect[0].fibre: "),
+    ] {
+        let (_, result) = built(&file, from, &to);
+        let Err(rumple::Error::Scene(error)) = result else { panic!("{to}") };
+        assert!(error.message().starts_with(message), "{to}: {}", error.message());
+    }
+    let points = format!("{{ file = \"{file}\", array = \"h\" }}");
+    for good in [
+        growth(&points),
+        growth("{ default = 1.0, regions = [{ where = \"rim\", value = 1.5 }] }"),
+        growth("1.25"),
+        "kind = \"load\"\nwhere = \"all\"\nforce = { per-vertex = [0, \"x\", 1] }".to_owned(),
+        format!("kind = \"load\"\nwhere = \"all\"\nforce = {{ along-normal = {array} }}"),
+    ] {
+        let (text, result) = built(&file, stretching, &effect(&good));
+        assert!(result.is_ok(), "{good}: {}", result.err().unwrap());
+        let scene = Scene::parse(&text, "s.toml", &[]).unwrap();
+        let again = Scene::parse(&scene.resolved().unwrap(), "r.toml", &[]).unwrap();
+        assert_eq!(again.resolved().unwrap(), scene.resolved().unwrap());
+    }
 }
 
 #[test]

@@ -109,10 +109,13 @@ typedef uint64_t RumpleCapabilities;
 // Takes parameters that differ from point to point ([`Batch::parameters`](crate::Batch));
 // without it the engine makes an instance for every set of values. Since minor version 1.
 #define RumpleCapabilities_PARAMETER_FIELDS (1 << 4)
-// A spontaneous curvature C₀(c), by an extension. Reserved.
+// A spontaneous curvature C₀(c), by the extension [`FEEDBACK`](crate::FEEDBACK).
 #define RumpleCapabilities_SPONTANEOUS_CURVATURE 4294967296
 // Instances have a state that must be saved and loaded, by an extension. Reserved.
 #define RumpleCapabilities_STATEFUL 8589934592
+// A length factor Φ⊥(c) across a fibre, by the extension [`FEEDBACK`](crate::FEEDBACK); the length factor is then
+// the one along it.
+#define RumpleCapabilities_LENGTH_FACTOR_ACROSS 17179869184
 
 // What a plugin says about itself. Arrays are given by start, length and the distance between
 // elements in bytes, so that elements can grow.
@@ -300,6 +303,20 @@ typedef struct {
   RumpleEvaluate observe;
 } RumpleObservables;
 
+// What a plugin answers to [`FEEDBACK`].
+typedef struct {
+  // Bytes of this structure.
+  size_t size;
+  // C₀. Required with [`SPONTANEOUS_CURVATURE`](crate::Capabilities::SPONTANEOUS_CURVATURE), else null.
+  RumpleEvaluate curvature;
+  // C₀ and ∂C₀/∂c. May be null: the engine takes differences.
+  RumpleEvaluatePartials curvature_partials;
+  // Φ⊥. Required with [`LENGTH_FACTOR_ACROSS`](crate::Capabilities::LENGTH_FACTOR_ACROSS), else null.
+  RumpleEvaluate length_factor_across;
+  // Φ⊥ and ∂Φ⊥/∂c. May be null: the engine takes differences.
+  RumpleEvaluatePartials length_factor_across_partials;
+} RumpleFeedback;
+
 /* Shorter names. */
 #define RUMPLE_ABI_MAJOR RumpleABI_MAJOR
 #define RUMPLE_ABI_MINOR RumpleABI_MINOR
@@ -316,8 +333,11 @@ typedef struct {
 #define RUMPLE_LENGTH_FACTOR RumpleCapabilities_LENGTH_FACTOR
 #define RUMPLE_LENGTH_FACTOR_PARTIALS RumpleCapabilities_LENGTH_FACTOR_PARTIALS
 #define RUMPLE_PARAMETER_FIELDS RumpleCapabilities_PARAMETER_FIELDS
+#define RUMPLE_SPONTANEOUS_CURVATURE RumpleCapabilities_SPONTANEOUS_CURVATURE
+#define RUMPLE_LENGTH_FACTOR_ACROSS RumpleCapabilities_LENGTH_FACTOR_ACROSS
 #define RUMPLE_NO_POINT ((size_t)-1)
 #define RUMPLE_OBSERVABLES "rumple.observables/1"
+#define RUMPLE_FEEDBACK "rumple.feedback/1"
 
 /* Text from a literal. */
 #define RUMPLE_STR(literal) {(const uint8_t *)(literal), sizeof(literal) - 1}

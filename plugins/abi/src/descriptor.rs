@@ -237,10 +237,13 @@ impl Capabilities {
     /// Takes parameters that differ from point to point ([`Batch::parameters`](crate::Batch));
     /// without it the engine makes an instance for every set of values. Since minor version 1.
     pub const PARAMETER_FIELDS: Self = Self(1 << 4);
-    /// A spontaneous curvature C₀(c), by an extension. Reserved.
+    /// A spontaneous curvature C₀(c), by the extension [`FEEDBACK`](crate::FEEDBACK).
     pub const SPONTANEOUS_CURVATURE: Self = Self(0x1_0000_0000);
     /// Instances have a state that must be saved and loaded, by an extension. Reserved.
     pub const STATEFUL: Self = Self(0x2_0000_0000);
+    /// A length factor Φ⊥(c) across a fibre, by the extension [`FEEDBACK`](crate::FEEDBACK); the length factor is then
+    /// the one along it.
+    pub const LENGTH_FACTOR_ACROSS: Self = Self(0x4_0000_0000);
 
     /// These and those.
     #[must_use]

@@ -24,6 +24,7 @@
 
 mod call;
 mod descriptor;
+mod feedback;
 mod observables;
 
 pub use call::{
@@ -31,6 +32,7 @@ pub use call::{
     PluginTable, Report, Status,
 };
 pub use descriptor::{Capabilities, Descriptor, Location, Parameter, Signal, Species, Str};
+pub use feedback::{FEEDBACK, Feedback};
 pub use observables::{OBSERVABLES, Observable, Observables};
 
 /// The same types as a header of C.

@@ -10,7 +10,10 @@ use rumple_plugin_abi::{Batch, ColumnMut, Report, Status};
 use crate::columns::{Inputs, Outputs};
 use crate::evaluate::{Law, Pass, Size, run};
 use crate::guard::guarded;
-use crate::{Dual, Failure, LengthFactor, Model, Observables, Parameters, Point, Scalar, Signal};
+use crate::{
+    Dual, Failure, LengthFactor, LengthFactorAcross, Model, Observables, Parameters, Point, Scalar,
+    Signal, SpontaneousCurvature,
+};
 
 /// Components of the signals of a model: one each, three for a vector.
 pub(crate) const fn signal_columns(signals: &[Signal]) -> usize {
@@ -164,9 +167,11 @@ fn differentiate_in_passes(
     })
 }
 
+/// A quantity `L` of the species alone.
+///
 /// # Safety
 /// As for [`rumple_plugin_abi::Evaluate`].
-pub(crate) unsafe extern "C" fn length_factor<M: LengthFactor>(
+pub(crate) unsafe extern "C" fn of_species<M: Model, L: Law<M, f64>>(
     instance: *const c_void,
     batch: *const Batch,
     values: *const ColumnMut,
@@ -175,42 +180,48 @@ pub(crate) unsafe extern "C" fn length_factor<M: LengthFactor>(
     let body = |at: &Cell<usize>| {
         // SAFETY: the caller's promises on instance, batch and columns.
         let call = unsafe { Call::<M>::new(instance, batch, values, M::FACTOR_SIZE)? };
-        run::<M, f64, Factor>(call.model, &call.pass(0, at))
+        run::<M, f64, L>(call.model, &call.pass(0, at))
     };
     // SAFETY: `report` comes from the caller under the same contract.
     unsafe { guarded(report, body) }
 }
 
+/// The same with its partial derivatives.
+///
 /// # Safety
 /// As for [`rumple_plugin_abi::EvaluatePartials`].
-pub(crate) unsafe extern "C" fn length_factor_partials<M: LengthFactor>(
+pub(crate) unsafe extern "C" fn of_species_partials<M, L>(
     instance: *const c_void,
     batch: *const Batch,
     values: *const ColumnMut,
     partials: *const ColumnMut,
     report: *mut Report,
-) -> Status {
+) -> Status
+where
+    M: Model,
+    L: Law<M, Dual<1>> + Law<M, Dual<2>> + Law<M, Dual<4>>,
+{
     let body = |at: &Cell<usize>| {
         // SAFETY: the caller's promises on instance, batch and columns.
         let mut call = unsafe { Call::<M>::new(instance, batch, values, M::FACTOR_SIZE)? };
         // SAFETY: as above.
         unsafe { call.with_partials(partials)? };
         match M::FACTOR_SIZE.inputs {
-            1 => differentiate_factor::<M, 1>(&mut call, at),
-            2 => differentiate_factor::<M, 2>(&mut call, at),
-            _ => differentiate_factor::<M, 4>(&mut call, at),
+            1 => differentiate::<M, L, 1>(&mut call, at),
+            2 => differentiate::<M, L, 2>(&mut call, at),
+            _ => differentiate::<M, L, 4>(&mut call, at),
         }
     };
     // SAFETY: `report` comes from the caller under the same contract.
     unsafe { guarded(report, body) }
 }
 
-fn differentiate_factor<M: LengthFactor, const N: usize>(
+fn differentiate<M: Model, L: Law<M, Dual<N>>, const N: usize>(
     call: &mut Call<'_, M>,
     at: &Cell<usize>,
 ) -> Result<(), Failure> {
     differentiate_in_passes(M::FACTOR_SIZE.inputs, N, at, |start| {
-        run::<M, Dual<N>, Factor>(call.model, &call.pass(start, at))
+        run::<M, Dual<N>, L>(call.model, &call.pass(start, at))
     })
 }
 
@@ -260,7 +271,7 @@ impl<M: Model, S: Scalar> Law<M, S> for Rates {
     }
 }
 
-struct Factor;
+pub(crate) struct Factor;
 
 impl<M: LengthFactor, S: Scalar> Law<M, S> for Factor {
     const SIZE: Size = M::FACTOR_SIZE;
@@ -268,6 +279,32 @@ impl<M: LengthFactor, S: Scalar> Law<M, S> for Factor {
     #[inline(always)]
     fn evaluate(model: &M, species: &[S], out: &mut [S]) -> Result<(), Failure> {
         out[0] = model.length_factor(species)?;
+        Ok(())
+    }
+}
+
+/// [`LengthFactorAcross`].
+pub(crate) struct FactorAcross;
+
+impl<M: LengthFactorAcross, S: Scalar> Law<M, S> for FactorAcross {
+    const SIZE: Size = M::FACTOR_SIZE;
+
+    #[inline(always)]
+    fn evaluate(model: &M, species: &[S], out: &mut [S]) -> Result<(), Failure> {
+        out[0] = model.length_factor_across(species)?;
+        Ok(())
+    }
+}
+
+/// [`SpontaneousCurvature`].
+pub(crate) struct Curvature;
+
+impl<M: SpontaneousCurvature, S: Scalar> Law<M, S> for Curvature {
+    const SIZE: Size = M::FACTOR_SIZE;
+
+    #[inline(always)]
+    fn evaluate(model: &M, species: &[S], out: &mut [S]) -> Result<(), Failure> {
+        out[0] = model.curvature(species)?;
         Ok(())
     }
 }

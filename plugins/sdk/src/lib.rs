@@ -63,16 +63,21 @@ mod model;
 mod scalar;
 
 pub use dual::Dual;
-pub use export::{Exported, LengthFactorCalls, Probe, Without};
-pub use model::{About, Failure, LengthFactor, Model, Observables, Parameters, Parametric, Point};
+pub use export::{Calls, Exported, Given, Probe, Without};
+pub use model::{
+    About, Failure, LengthFactor, LengthFactorAcross, Model, Observables, Parameters, Parametric,
+    Point, SpontaneousCurvature,
+};
+pub use rumple_plugin_abi::Observables as ObservablesTable;
 pub use rumple_plugin_abi::{Location, Observable, Parameter, Signal, Species};
 pub use scalar::Scalar;
 
 /// Everything that a plugin needs.
 pub mod prelude {
     pub use crate::{
-        About, Failure, LengthFactor, Location, Model, Observable, Observables, Parameter,
-        Parameters, Parametric, Point, Scalar, Signal, Species, about, export_plugin, parameters,
+        About, Failure, LengthFactor, LengthFactorAcross, Location, Model, Observable, Observables,
+        Parameter, Parameters, Parametric, Point, Scalar, Signal, Species, SpontaneousCurvature,
+        about, export_plugin, parameters,
     };
 }
 

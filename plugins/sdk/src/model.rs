@@ -195,6 +195,24 @@ pub trait LengthFactor: Model {
     fn length_factor<S: Scalar>(&self, species: &[S]) -> Result<S, Failure>;
 }
 
+/// The length factor Φ⊥ > 0 across a fibre; [`LengthFactor`] is then the one along it.
+pub trait LengthFactorAcross: LengthFactor {
+    /// Φ⊥ of the species at one point.
+    ///
+    /// # Errors
+    /// If the law has no value there, or none to be trusted.
+    fn length_factor_across<S: Scalar>(&self, species: &[S]) -> Result<S, Failure>;
+}
+
+/// The spontaneous curvature C₀ that bending gets from the species, 1/length.
+pub trait SpontaneousCurvature: Model {
+    /// C₀ of the species at one point; positive on a bump towards the normals.
+    ///
+    /// # Errors
+    /// If the law has no value there, or none to be trusted.
+    fn curvature<S: Scalar>(&self, species: &[S]) -> Result<S, Failure>;
+}
+
 /// Observables, derived quantities beside the species: a scene lists them in `output.fields`.
 pub trait Observables: Model {
     /// Which; names are not those of species or signals.

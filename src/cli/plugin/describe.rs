@@ -5,7 +5,7 @@ use clap::Args;
 use super::{LawArgs, LawSource};
 use crate::Result;
 use crate::kinetics::descriptor::Default;
-use crate::kinetics::{Descriptor, Library, Search, SignalRead};
+use crate::kinetics::{Descriptor, Feedback, Library, Search, SignalRead};
 
 /// Arguments of `plugin describe`.
 #[derive(Debug, Args)]
@@ -112,6 +112,9 @@ fn describe(d: &Descriptor, value: &dyn Fn(usize) -> String) {
     say!("gives       rates, {}", exact(d.capabilities.rate_partials));
     if d.capabilities.length_factor {
         say!("gives       length factor, {}", exact(d.capabilities.length_factor_partials));
+    }
+    for which in Feedback::ALL.into_iter().filter(|which| which.is_given(&d.capabilities)) {
+        say!("gives       {}", which.describe().trim_start_matches("the "));
     }
     for o in &d.observables {
         say!("gives       observable {} [{}] {}", o.name, o.unit, o.doc);

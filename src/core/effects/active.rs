@@ -58,11 +58,15 @@ impl EffectSpec for ActiveTension {
     }
 
     fn files(&self) -> Vec<(&'static str, &Path)> {
-        named([("value.file", self.value.file())])
+        let fibre = self.fibre.as_ref().and_then(Fibre::file);
+        named([("value.file", self.value.file()), ("fibre.file", fibre)])
     }
 
     fn resolve_paths_against(&mut self, folder: &Path) {
         self.value.resolve_path_against(folder);
+        if let Some(fibre) = &mut self.fibre {
+            fibre.resolve_path_against(folder);
+        }
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
@@ -71,7 +75,7 @@ impl EffectSpec for ActiveTension {
         let at_vertices = context.values(&self.value, Location::Vertex, "value")?;
         let mean = |t: &[u32; 3]| t.iter().map(|v| at_vertices.at(*v as usize)).sum::<f64>() / 3.0;
         let tension: Vec<f64> = sheet.triangles().iter().map(mean).collect();
-        let fibres = self.fibre.as_ref().map(|fibre| fibre.in_triangles(sheet)).transpose()?;
+        let fibres = self.fibre.as_ref().map(|fibre| fibre.in_triangles(context)).transpose()?;
         let pulls = pulls(sheet, &tension, fibres.as_deref());
         let (changes, largest) = (factor.changes(), factor.largest());
         let applied = largest * largest_force(sheet, &pulls);

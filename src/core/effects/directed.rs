@@ -1,34 +1,46 @@
 //! Growth of a law along a fibre: its length factor Φ acts with a direction.
 //!
 //! ```text
-//! Φ_ij² = Φ² cos² θ + Φ^(2p) sin² θ,     θ the angle between the edge and the fibre at rest
+//! Φ_ij² = Φ² cos² θ + Φ_⊥² sin² θ,     θ the angle between the edge and the fibre at rest
+//! Φ_⊥ = Φ^p                            of a law with one length factor
 //! ```
 //!
 //! with p the exponent `across`: 0, the default, is growth along the fibre alone, 1 in all directions, -1 growth that keeps
-//! the area. Φ at an edge is what the law gives for the means of the species at its ends. Other growth multiplies it.
+//! the area. A law may give Φ_⊥ itself, `length_factor_across`; p is then left out. Φ at an edge is what the law gives for the means of the species at its ends. Other growth multiplies it.
 //! Without a law that has a length factor there is nothing to direct, and the scene is refused.
 //!
-//! The lengths are those of the metric `Φ² a⊗a + Φ^(2p) (1 - a⊗a)` (`growth.rs`).
+//! The lengths are those of the metric `Φ² a⊗a + Φ_⊥² (1 - a⊗a)` (`growth.rs`).
+
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::field::named;
 use super::{Effect, EffectContext, EffectError, EffectSpec, Fibre, Needs};
 
 /// Parameters in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DirectedGrowth {
-    /// The direction, three numbers or formulas of `x`, `y` and `z`.
+    /// The direction.
     pub fibre: Fibre,
-    /// The exponent p of growth across it.
-    #[serde(default)]
-    pub across: f64,
+    /// The exponent p of growth across it; 0 without one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub across: Option<f64>,
 }
 
 #[typetag::serialize(name = "directed-growth")]
 impl EffectSpec for DirectedGrowth {
     fn needs(&self) -> Needs {
         Needs { species: true, ..Needs::default() }
+    }
+
+    fn files(&self) -> Vec<(&'static str, &Path)> {
+        named([("fibre.file", self.fibre.file())])
+    }
+
+    fn resolve_paths_against(&mut self, folder: &Path) {
+        self.fibre.resolve_path_against(folder);
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
@@ -42,16 +54,21 @@ impl EffectSpec for DirectedGrowth {
                 ),
             });
         }
-        if !self.across.is_finite() {
-            let message = format!("the exponent is {}", self.across);
-            return Err(EffectError {
-                key: "across",
-                message,
-                help: Some("a finite number".into()),
-            });
+        let refuse = |message: String, help: &str| {
+            Err(EffectError { key: "across", message, help: Some(help.into()) })
+        };
+        if context.kinetics.is_some_and(|(law, _)| law.capabilities.length_factor_across)
+            && self.across.is_some()
+        {
+            let message = "the law gives a length factor across the fibre itself".into();
+            return refuse(message, "leave across out, or length_factor_across of [kinetics]");
         }
-        let square = self.fibre.along_edges(context.sheet)?;
-        let direction = Direction { square, across: self.across };
+        let across = self.across.unwrap_or(0.0);
+        if !across.is_finite() {
+            return refuse(format!("the exponent is {across}"), "a finite number");
+        }
+        let square = self.fibre.along_edges(context)?;
+        let direction = Direction { square, across };
         Ok(Effect { direction: Some(direction), ..Effect::default() })
     }
 }
@@ -68,14 +85,20 @@ pub struct Direction {
 }
 
 impl Direction {
-    /// The factor of an edge at which the law has `factor`, and its derivative by that.
+    /// Φ_ij of an edge with these factors along the fibre and across it, and its derivatives by both.
     #[must_use]
     #[inline]
-    pub fn at(&self, edge: usize, factor: f64) -> (f64, f64) {
-        let (square, p) = (self.square[edge], self.across);
-        let across = factor.powf(p);
-        let all = (factor * factor * square + across * across * (1.0 - square)).sqrt();
-        let slope = factor * square + p * across * across / factor * (1.0 - square);
-        (all, slope / all)
+    pub fn at(&self, edge: usize, along: f64, across: f64) -> (f64, [f64; 2]) {
+        let square = self.square[edge];
+        let all = (along * along * square + across * across * (1.0 - square)).sqrt();
+        (all, [along * square / all, across * (1.0 - square) / all])
+    }
+
+    /// `Φ_⊥ = Φ^p` of a law with one length factor, and its derivative by that.
+    #[must_use]
+    #[inline]
+    pub fn across(&self, factor: f64) -> (f64, f64) {
+        let across = factor.powf(self.across);
+        (across, self.across * across / factor)
     }
 }

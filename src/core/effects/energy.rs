@@ -149,6 +149,17 @@ pub trait Energy: Send + Sync + 'static {
     ) {
     }
 
+    /// Hands all `∂²U/∂x_i∂C₀_v` that can be different from zero to `emit` as (i, v, vector): how the forces change with
+    /// the spontaneous curvature that a law gives vertex v. Which pairs come in which order depends on the sheet alone.
+    /// Nothing for an energy that knows none.
+    fn curvature_derivatives(
+        &self,
+        _shape: &Shape<'_>,
+        _work: &mut Self::Work,
+        _emit: &mut dyn FnMut(usize, usize, Vec3),
+    ) {
+    }
+
     /// Size of the force on a vertex at unit strain, for tolerances; 0 if it has none.
     fn force_scale(&self, _conditions: &Conditions<'_>) -> f64 {
         0.0
@@ -218,6 +229,12 @@ pub trait AnyEnergy: Send + Sync {
     fn touching(&self, shape: &Shape<'_>, work: &mut Work) -> Touching;
     fn refuses(&self, shape: &Shape<'_>, work: &mut Work) -> Option<String>;
     fn metric_derivatives(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Work,
+        emit: &mut dyn FnMut(usize, usize, Vec3),
+    );
+    fn curvature_derivatives(
         &self,
         shape: &Shape<'_>,
         work: &mut Work,
@@ -308,6 +325,15 @@ impl<E: Energy> AnyEnergy for E {
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
         Energy::metric_derivatives(self, shape, own(work), emit);
+    }
+
+    fn curvature_derivatives(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Work,
+        emit: &mut dyn FnMut(usize, usize, Vec3),
+    ) {
+        Energy::curvature_derivatives(self, shape, own(work), emit);
     }
 
     fn force_scale(&self, conditions: &Conditions<'_>) -> f64 {

@@ -1,13 +1,24 @@
-//! Fibres: a direction in the sheet, given by a formula of the rest position and carried with the surface.
+//! Fibres: a direction in the sheet, given over the rest positions and carried with the surface.
+//!
+//! ```text
+//! fibre = [1, 0, 0]                              three numbers
+//! fibre = ["-y", "x", 0]                         or formulas of x, y, z (rest position)
+//! fibre = { file = "tissue.vtu", array = "a" }   an array of three components of a mesh file
+//! ```
 //!
 //! The direction is projected into the plane of the sheet at rest; its length and sign have no meaning. On a triangle or
-//! an edge a is the unit vector of the projection of the formula at its centre.
+//! an edge a is the unit vector of the projection of the formula at its centre. Of an array per point it is the mean over the
+//! corners, of an array per cell that of the triangle, at an edge the mean over its sides; before the mean every direction
+//! gets the sign in which it makes the least angle with the first one.
+
+use std::path::{Path, PathBuf};
 
 use nalgebra::Unit;
 use serde::{Deserialize, Serialize};
 
-use super::{EffectError, Field};
+use super::{EffectContext, EffectError, Field};
 use crate::Vec3;
+use crate::kinetics::Location;
 use crate::kinetics::formula::FieldFormula;
 use crate::parallel;
 use crate::sheet::{Edge, Sheet};
@@ -15,50 +26,88 @@ use crate::sheet::{Edge, Sheet};
 /// The shortest projection, in units of the direction, that has a direction of its own.
 const SHORTEST: f64 = 1e-6;
 
-/// A direction as a scene gives it: three numbers or formulas of `x`, `y`, `z` (rest position).
+/// A direction as a scene gives it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Fibre(pub [Field; 3]);
+#[serde(
+    untagged,
+    expecting = "a fibre is three numbers or formulas of x, y and z, or has both keys `file` and `array`"
+)]
+pub enum Fibre {
+    /// Three numbers or formulas of `x`, `y` and `z` (rest position).
+    Components([Field; 3]),
+    /// An array of three components of a mesh file with the same points or faces.
+    Array {
+        /// The file.
+        file: PathBuf,
+        /// Name of the array.
+        array: String,
+    },
+}
+
+/// Directions of an array, at the vertices or the triangles.
+struct Directions {
+    place: Location,
+    values: Vec<Vec3>,
+}
 
 impl Fibre {
-    /// The directions at `points`, of any length.
-    fn at(&self, points: &[Vec3]) -> Result<Vec<Vec3>, EffectError> {
-        let mut columns = Vec::with_capacity(3);
-        for component in &self.0 {
-            columns.push(match component {
-                Field::Number(value) => vec![value.get(); points.len()],
-                Field::Formula(text) => FieldFormula::new(text, false)
-                    .map_err(|e| EffectError { key: "fibre", message: e.message, help: e.help })?
-                    .at(points, 0.0),
-                Field::Array { .. } | Field::Regions { .. } => {
-                    return Err(EffectError {
-                        key: "fibre",
-                        message: "a component of a fibre is a number or a formula".into(),
-                        help: Some("as in fibre = [\"-y\", \"x\", 0]".into()),
-                    });
-                }
-            });
+    /// The file that it is read from.
+    #[must_use]
+    pub fn file(&self) -> Option<&Path> {
+        match self {
+            Self::Components(_) => None,
+            Self::Array { file, .. } => Some(file),
         }
-        let of = |k: usize| Vec3::from_fn(|axis, _| columns[axis][k]);
-        Ok((0..points.len()).map(of).collect())
+    }
+
+    /// Makes the path of its file absolute: it counts from `folder`.
+    pub fn resolve_path_against(&mut self, folder: &Path) {
+        if let Self::Array { file, .. } = self {
+            *file = folder.join(&*file);
+        }
+    }
+
+    /// The directions at triangles or edges with these centres, of any length; `vertices` and `triangles` of each make up
+    /// its value of an array.
+    fn at(
+        &self,
+        context: &EffectContext<'_>,
+        centres: &[Vec3],
+        vertices: impl Fn(usize) -> Vec<u32>,
+        triangles: impl Fn(usize) -> Vec<u32>,
+    ) -> Result<Vec<Vec3>, EffectError> {
+        match self {
+            Self::Components(components) => of_components(components, centres),
+            Self::Array { file, array } => {
+                let Directions { place, values } = of_file(context, file, array)?;
+                let of = |k: usize| match place {
+                    Location::Vertex => mean(&values, &vertices(k)),
+                    _ => mean(&values, &triangles(k)),
+                };
+                Ok((0..centres.len()).map(of).collect())
+            }
+        }
     }
 
     /// The square of the cosine of the angle to the fibre, for every edge of the sheet at rest.
     ///
     /// # Errors
-    /// A formula that cannot be read, or a direction that does not lie in the sheet anywhere near an edge.
-    pub fn along_edges(&self, sheet: &Sheet) -> Result<Vec<f64>, EffectError> {
+    /// A formula or an array that cannot be read, or a direction that does not lie in the sheet anywhere near an edge.
+    pub fn along_edges(&self, context: &EffectContext<'_>) -> Result<Vec<f64>, EffectError> {
+        let sheet = context.sheet;
         let (rest, edges) = (sheet.rest(), sheet.edges());
         let middle = |edge: &Edge| {
             let [a, b] = edge.vertices.map(|v| rest[v as usize]);
             0.5 * (a + b)
         };
         let centres: Vec<Vec3> = edges.iter().map(middle).collect();
-        let directions = self.at(&centres)?;
+        let sides = |e: usize| edges[e].triangles.into_iter().filter(|t| *t != Edge::NONE);
+        let ends = |e: usize| edges[e].vertices.to_vec();
+        let directions = self.at(context, &centres, ends, |e| sides(e).collect())?;
         let mut squares = vec![0.0; edges.len()];
         parallel::fill(&mut squares, |e| {
             let [a, b] = edges[e].vertices.map(|v| rest[v as usize]);
-            let both = edges[e].triangles.iter().filter(|t| **t != Edge::NONE);
-            let normal: Vec3 = both.map(|t| normal(sheet, *t as usize)).sum();
+            let normal: Vec3 = sides(e).map(|t| normal(sheet, t as usize)).sum();
             let fibre = in_plane(&directions[e], &normal);
             fibre.map_or(f64::NAN, |fibre| fibre.dot(&(b - a).normalize()).powi(2))
         });
@@ -70,12 +119,14 @@ impl Fibre {
     ///
     /// # Errors
     /// As for [`Fibre::along_edges`].
-    pub fn in_triangles(&self, sheet: &Sheet) -> Result<Vec<Vec3>, EffectError> {
+    pub fn in_triangles(&self, context: &EffectContext<'_>) -> Result<Vec<Vec3>, EffectError> {
+        let sheet = context.sheet;
         let centre = |corners: &[u32; 3]| {
             corners.iter().map(|v| sheet.rest()[*v as usize]).sum::<Vec3>() / 3.0
         };
         let centres: Vec<Vec3> = sheet.triangles().iter().map(centre).collect();
-        let directions = self.at(&centres)?;
+        let corners = |t: usize| sheet.triangles()[t].to_vec();
+        let directions = self.at(context, &centres, corners, |t| vec![crate::num::index(t)])?;
         let mut fibres = vec![Vec3::zeros(); directions.len()];
         parallel::fill(&mut fibres, |t| {
             in_plane(&directions[t], &normal(sheet, t)).map_or(Vec3::zeros(), Unit::into_inner)
@@ -83,6 +134,81 @@ impl Fibre {
         let place = |t: usize| format!("in triangle {t} near {:.3?}", centres[t].as_slice());
         checked(fibres, |fibre| *fibre != Vec3::zeros(), place)
     }
+}
+
+fn of_components(components: &[Field; 3], points: &[Vec3]) -> Result<Vec<Vec3>, EffectError> {
+    let mut columns = Vec::with_capacity(3);
+    for component in components {
+        columns.push(match component {
+            Field::Number(value) => vec![value.get(); points.len()],
+            Field::Formula(text) => FieldFormula::new(text, false)
+                .map_err(|e| EffectError { key: "fibre", message: e.message, help: e.help })?
+                .at(points, 0.0),
+            Field::Array { .. } | Field::Regions { .. } => {
+                return Err(EffectError {
+                    key: "fibre",
+                    message: "a component of a fibre is a number or a formula".into(),
+                    help: Some(
+                        "as in fibre = [\"-y\", \"x\", 0]; an array has all three: fibre = { file = …, array = … }".into(),
+                    ),
+                });
+            }
+        });
+    }
+    let of = |k: usize| Vec3::from_fn(|axis, _| columns[axis][k]);
+    Ok((0..points.len()).map(of).collect())
+}
+
+/// The array of a file, per point or per cell.
+fn of_file(
+    context: &EffectContext<'_>,
+    file: &Path,
+    array: &str,
+) -> Result<Directions, EffectError> {
+    let refuse = |message: String, help: Option<String>| EffectError {
+        key: "fibre",
+        message: format!("{}: {message}", file.display()),
+        help,
+    };
+    let Some(read) = context.read else {
+        return Err(refuse("files are not read here".into(), Some("give three numbers".into())));
+    };
+    let unread = |message| EffectError { key: "fibre", message, help: None };
+    let surface = read(file).map_err(unread)?;
+    let (found, place, needed) = match (surface.point_array(array), surface.cell_array(array)) {
+        (Some(found), _) => (found, Location::Vertex, context.sheet.vertex_count()),
+        (None, Some(found)) => (found, Location::Face, context.sheet.triangle_count()),
+        (None, None) => {
+            let all = surface.point_arrays.iter().chain(&surface.cell_arrays);
+            let names: Vec<&str> = all.map(|array| array.name.as_str()).collect();
+            let help = match names.is_empty() {
+                true => "the file has none".to_owned(),
+                false => format!("its arrays: {}", names.join(", ")),
+            };
+            return Err(refuse(format!("no array `{array}`"), Some(help)));
+        }
+    };
+    if found.components != 3 || found.values.len() != 3 * needed {
+        let message = format!(
+            "array `{array}` has {} numbers in {} components; a fibre has 3 per {} of the sheet, {needed} in all",
+            found.values.len(),
+            found.components,
+            place.noun()
+        );
+        return Err(refuse(message, None));
+    }
+    let values = found.values.chunks_exact(3).map(Vec3::from_column_slice).collect();
+    Ok(Directions { place, values })
+}
+
+/// Mean of some directions, each of unit length and with the sign in which it is closest to the first.
+fn mean(all: &[Vec3], some: &[u32]) -> Vec3 {
+    let mut sum = Vec3::zeros();
+    for k in some {
+        let one = all[*k as usize].try_normalize(0.0).unwrap_or_default();
+        sum += if sum.dot(&one) < 0.0 { -one } else { one };
+    }
+    sum
 }
 
 /// The normal of a triangle at rest, of twice its area.

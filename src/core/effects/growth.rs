@@ -1,10 +1,10 @@
-//! Growth without a law: optimal lengths that follow a formula of position and time.
+//! Growth without a law: optimal lengths that follow a field (`field.rs`), whose formula may read the time.
 //!
 //! ```text
 //! l̄_ij = Φ_ij l⁰_ij,     Φ_ij = ½ (g(X_i, t) + g(X_j, t))
 //! ```
 //!
-//! with `g` the formula, a length factor: 1.1 is growth by a tenth in every direction of the sheet, and
+//! with `g` the field, a length factor: 1.1 is growth by a tenth in every direction of the sheet, and
 //! `g` is 1 outside the region. With a direction, `along` a fibre a and `across` it,
 //!
 //! ```text
@@ -20,14 +20,15 @@
 //! doi:10.1016/0021-9290(94)90021-3. Not covered: growth with shear.
 
 use std::borrow::Cow;
-use std::fmt;
+use std::path::Path;
 use std::sync::Arc;
 
-use serde::de::{Error, Unexpected, Visitor};
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
-use super::{Effect, EffectContext, EffectError, EffectSpec, Fibre, Region};
+use super::field::named;
+use super::{Effect, EffectContext, EffectError, EffectSpec, Fibre, Field, Region, Values};
 use crate::Vec3;
+use crate::kinetics::Location;
 use crate::kinetics::breakpoints::sampled;
 use crate::kinetics::formula::FieldFormula;
 use crate::parallel;
@@ -37,28 +38,16 @@ use crate::sheet::Sheet;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Growth {
-    /// The length factor in every direction, a number or a formula of `x`, `y`, `z` (rest position) and `t`.
-    #[serde(
-        default,
-        deserialize_with = "number_or_formula",
-        skip_serializing_if = "Option::is_none"
-    )]
-    pub factor: Option<String>,
+    /// The length factor in every direction; formulas may read the time `t`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub factor: Option<Field>,
     /// The length factor along the fibre; 1 without it.
-    #[serde(
-        default,
-        deserialize_with = "number_or_formula",
-        skip_serializing_if = "Option::is_none"
-    )]
-    pub along: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub along: Option<Field>,
     /// The length factor across the fibre; 1 without it.
-    #[serde(
-        default,
-        deserialize_with = "number_or_formula",
-        skip_serializing_if = "Option::is_none"
-    )]
-    pub across: Option<String>,
-    /// The direction, three numbers or formulas of `x`, `y` and `z`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub across: Option<Field>,
+    /// The direction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fibre: Option<Fibre>,
     /// Where it grows.
@@ -67,10 +56,16 @@ pub struct Growth {
 }
 
 impl Growth {
-    /// By `factor` in every direction.
+    /// By a formula in every direction.
     #[must_use]
     pub fn isotropic(factor: impl Into<String>, region: Region) -> Self {
-        Self { factor: Some(factor.into()), along: None, across: None, fibre: None, region }
+        Self {
+            factor: Some(Field::Formula(factor.into())),
+            along: None,
+            across: None,
+            fibre: None,
+            region,
+        }
     }
 
     /// Whether it has the keys of one way to grow.
@@ -103,38 +98,6 @@ impl Growth {
     }
 }
 
-/// A formula, or a number, which is one.
-fn number_or_formula<'de, D: Deserializer<'de>>(input: D) -> Result<Option<String>, D::Error> {
-    struct Text;
-    impl Visitor<'_> for Text {
-        type Value = String;
-
-        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-            f.write_str("a number or a formula")
-        }
-
-        fn visit_str<E: Error>(self, text: &str) -> Result<String, E> {
-            Ok(text.to_owned())
-        }
-
-        fn visit_f64<E: Error>(self, number: f64) -> Result<String, E> {
-            match number.is_finite() {
-                true => Ok(number.to_string()),
-                false => Err(E::invalid_value(Unexpected::Float(number), &self)),
-            }
-        }
-
-        fn visit_i64<E: Error>(self, number: i64) -> Result<String, E> {
-            Ok(number.to_string())
-        }
-
-        fn visit_u64<E: Error>(self, number: u64) -> Result<String, E> {
-            Ok(number.to_string())
-        }
-    }
-    input.deserialize_any(Text).map(Some)
-}
-
 fn everywhere() -> Region {
     Region::All
 }
@@ -142,24 +105,46 @@ fn everywhere() -> Region {
 #[typetag::serialize(name = "growth")]
 impl EffectSpec for Growth {
     fn breakpoints(&self, sheet: &Sheet, until: f64) -> Vec<f64> {
-        let texts = [&self.factor, &self.along, &self.across].into_iter().flatten();
-        let read = texts.filter_map(|text| FieldFormula::new(text, true).ok());
+        let fields = [&self.factor, &self.along, &self.across].into_iter().flatten();
+        let read = fields.filter_map(|field| match field {
+            Field::Formula(text) => FieldFormula::new(text, true).ok(),
+            _ => None,
+        });
         read.flat_map(|formula| breakpoints(&formula, sheet, until)).collect()
+    }
+
+    fn files(&self) -> Vec<(&'static str, &Path)> {
+        let [factor, along, across] = [&self.factor, &self.along, &self.across]
+            .map(|field| field.as_ref().and_then(Field::file));
+        named([
+            ("factor.file", factor),
+            ("along.file", along),
+            ("across.file", across),
+            ("fibre.file", self.fibre.as_ref().and_then(Fibre::file)),
+        ])
+    }
+
+    fn resolve_paths_against(&mut self, folder: &Path) {
+        for field in [&mut self.factor, &mut self.along, &mut self.across].into_iter().flatten() {
+            field.resolve_path_against(folder);
+        }
+        if let Some(fibre) = &mut self.fibre {
+            fibre.resolve_path_against(folder);
+        }
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         self.check()?;
         let sheet = context.sheet;
         let inside = self.region.choose(sheet, "growth")?;
-        let read = |key: &'static str, text: &Option<String>| {
-            let of = |text: &String| formula(key, text, (sheet, &inside));
-            text.as_ref().map(of).transpose()
+        let read = |key: &'static str, field: &Option<Field>| {
+            field.as_ref().map(|field| factor(key, field, context, &inside)).transpose()
         };
         let factors = match &self.fibre {
             None => read("factor", &self.factor)?.map(Factors::Isotropic),
             Some(fibre) => {
                 let (along, across) = (read("along", &self.along)?, read("across", &self.across)?);
-                let square = fibre.along_edges(sheet)?;
+                let square = fibre.along_edges(context)?;
                 Some(Factors::Directed(Box::new(Directed { along, across, square })))
             }
         };
@@ -169,19 +154,27 @@ impl EffectSpec for Growth {
 }
 
 /// A length factor, which has to be positive at the beginning.
-fn formula(
+fn factor(
     key: &'static str,
-    text: &str,
-    (sheet, inside): (&Sheet, &[bool]),
-) -> Result<FieldFormula, EffectError> {
-    let formula = FieldFormula::new(text, true).map_err(|e| EffectError {
-        key,
-        message: e.message,
-        help: e.help,
-    })?;
-    let factor = at_edges(&formula, inside, sheet, 0.0);
+    field: &Field,
+    context: &EffectContext<'_>,
+    inside: &[bool],
+) -> Result<Given, EffectError> {
+    let sheet = context.sheet;
+    let given = match field {
+        Field::Formula(text) => {
+            let formula = FieldFormula::new(text, true);
+            Given::Formula(formula.map_err(|e| EffectError {
+                key,
+                message: e.message,
+                help: e.help,
+            })?)
+        }
+        _ => Given::Values(context.values(field, Location::Vertex, key)?),
+    };
+    let factor = given.at_edges(inside, sheet, 0.0);
     let Some(e) = factor.iter().position(|f| !(*f > 0.0 && f.is_finite())) else {
-        return Ok(formula);
+        return Ok(given);
     };
     let ([a, b], value) = (sheet.edges()[e].vertices, factor[e]);
     let message = format!("the length factor is {value} between vertices {a} and {b} at time 0");
@@ -221,17 +214,51 @@ impl std::fmt::Debug for Function {
     }
 }
 
-/// The formulas of growth.
+/// A length factor at the vertices.
+#[derive(Debug, Clone)]
+enum Given {
+    /// Of position and time.
+    Formula(FieldFormula),
+    /// At all times.
+    Values(Values),
+}
+
+impl Given {
+    fn depends_on_time(&self) -> bool {
+        matches!(self, Self::Formula(formula) if formula.depends_on_time())
+    }
+
+    /// Means of the ends of every edge, 1 at vertices that are not `inside`.
+    fn at_edges(&self, inside: &[bool], sheet: &Sheet, time: f64) -> Vec<f64> {
+        let mut g = match self {
+            Self::Formula(formula) => formula.at(sheet.rest(), time),
+            Self::Values(Values::Same(value)) => vec![*value; sheet.vertex_count()],
+            Self::Values(Values::Each(all)) => all.clone(),
+        };
+        for (g, _) in g.iter_mut().zip(inside).filter(|(_, inside)| !**inside) {
+            *g = 1.0;
+        }
+        let edges = sheet.edges();
+        let mut factor = vec![1.0; edges.len()];
+        parallel::fill(&mut factor, |e| {
+            let [a, b] = edges[e].vertices.map(|v| g[v as usize]);
+            0.5 * (a + b)
+        });
+        factor
+    }
+}
+
+/// The length factors of growth.
 #[derive(Debug, Clone)]
 enum Factors {
-    Isotropic(FieldFormula),
+    Isotropic(Given),
     Directed(Box<Directed>),
 }
 
 #[derive(Debug, Clone)]
 struct Directed {
-    along: Option<FieldFormula>,
-    across: Option<FieldFormula>,
+    along: Option<Given>,
+    across: Option<Given>,
     /// cos² θ of every edge.
     square: Vec<f64>,
 }
@@ -239,20 +266,20 @@ struct Directed {
 impl Factors {
     fn depends_on_time(&self) -> bool {
         match self {
-            Self::Isotropic(formula) => formula.depends_on_time(),
+            Self::Isotropic(factor) => factor.depends_on_time(),
             Self::Directed(of) => {
-                [&of.along, &of.across].into_iter().flatten().any(FieldFormula::depends_on_time)
+                [&of.along, &of.across].into_iter().flatten().any(Given::depends_on_time)
             }
         }
     }
 
     fn at(&self, sheet: &Sheet, inside: &[bool], time: f64) -> Vec<f64> {
-        let of = |formula: &FieldFormula| at_edges(formula, inside, sheet, time);
+        let of = |factor: &Given| factor.at_edges(inside, sheet, time);
         match self {
-            Self::Isotropic(formula) => of(formula),
+            Self::Isotropic(factor) => of(factor),
             Self::Directed(directed) => {
                 let Directed { along, across, square } = &**directed;
-                let [along, across] = [along, across].map(|formula| formula.as_ref().map(of));
+                let [along, across] = [along, across].map(|factor| factor.as_ref().map(of));
                 let mut factor = vec![1.0; square.len()];
                 parallel::fill(&mut factor, |e| {
                     let [g, h] = [&along, &across].map(|g| g.as_ref().map_or(1.0, |g| g[e]));
@@ -301,22 +328,6 @@ impl LengthFactor {
 /// As many as there are edges: those that are missing are no number, which the model refuses.
 fn fitted(mut factor: Vec<f64>, sheet: &Sheet) -> Vec<f64> {
     factor.resize(sheet.edges().len(), f64::NAN);
-    factor
-}
-
-fn at_edges(formula: &FieldFormula, inside: &[bool], sheet: &Sheet, time: f64) -> Vec<f64> {
-    let mut g = formula.at(sheet.rest(), time);
-    for (g, inside) in g.iter_mut().zip(inside) {
-        if !inside {
-            *g = 1.0;
-        }
-    }
-    let edges = sheet.edges();
-    let mut factor = vec![1.0; edges.len()];
-    parallel::fill(&mut factor, |e| {
-        let [a, b] = edges[e].vertices.map(|v| g[v as usize]);
-        0.5 * (a + b)
-    });
     factor
 }
 

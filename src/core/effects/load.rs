@@ -14,19 +14,25 @@
 //! * `{ along-normal = p }`, force/length²: the same with `f = p n⁰`, n⁰ the normal of the rest
 //!   triangle. For a pressure that follows the sheet see the effect `pressure`.
 //!
+//! F is three numbers; components of f and p are fields (`field.rs`): at the vertices for `per-vertex` and `per-length`, on
+//! the triangles for the others.
+//!
 //! U counts from the rest positions, so a large sheet far from the origin loses no digits.
 //! `ramp` multiplies the forces by a factor of time (see the file `ramp.rs`); without it they are constant.
 //! Not covered: dead moments.
+
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use super::ramp::Factor;
 use super::{
-    Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart, Needs, Ramp,
-    Region,
+    Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, Field, HessianPart, Measure,
+    Needs, Ramp, Region, Values,
 };
 use crate::Vec3;
 use crate::geometry::Shape;
+use crate::kinetics::Location;
 use crate::linear::BlockMatrix;
 use crate::num::checked::Finite;
 use crate::parallel;
@@ -47,29 +53,29 @@ pub struct Load {
 }
 
 /// The measure of the force of a load: total, per vertex, length or area.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LoadForce {
     /// Force on all chosen vertices together.
     Total([Finite; 3]),
     /// Force on each chosen vertex.
-    PerVertex([Finite; 3]),
+    PerVertex([Field; 3]),
     /// Force per rest length of the boundary between chosen vertices.
-    PerLength([Finite; 3]),
+    PerLength([Field; 3]),
     /// Force per rest area of the triangles between chosen vertices.
-    PerArea([Finite; 3]),
+    PerArea([Field; 3]),
     /// Force per rest area along the normal of the rest triangle.
-    AlongNormal(Finite),
+    AlongNormal(Field),
 }
 
 #[typetag::serialize(name = "load")]
 impl EffectSpec for Load {
     fn needs(&self) -> Needs {
-        let along_z = match self.force {
-            LoadForce::Total(f)
-            | LoadForce::PerVertex(f)
-            | LoadForce::PerLength(f)
-            | LoadForce::PerArea(f) => f[2].get() != 0.0,
+        let along_z = match &self.force {
+            LoadForce::Total(f) => f[2].get() != 0.0,
+            LoadForce::PerVertex(f) | LoadForce::PerLength(f) | LoadForce::PerArea(f) => {
+                f[2].number() != Some(0.0)
+            }
             LoadForce::AlongNormal(_) => true,
         };
         Needs { out_of_plane: along_z.then_some("force"), ..Needs::default() }
@@ -79,54 +85,98 @@ impl EffectSpec for Load {
         Factor::new(self.ramp.as_ref()).map_or_else(|_| Vec::new(), |ramp| ramp.breakpoints(until))
     }
 
+    fn files(&self) -> Vec<(&'static str, &Path)> {
+        let components = self.force.fields().iter();
+        components.filter_map(|field| Some(("force", field.file()?))).collect()
+    }
+
+    fn resolve_paths_against(&mut self, folder: &Path) {
+        for field in self.force.fields_mut() {
+            field.resolve_path_against(folder);
+        }
+    }
+
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let chosen = self.region.choose(context.sheet, "load")?;
         let factor = Factor::new(self.ramp.as_ref())?;
-        let load = DeadLoad::new(context.sheet, &chosen, self.force)?;
+        let load = DeadLoad::read(context, &chosen, &self.force)?;
         Ok(Effect::energy(DeadLoad { factor, ..load }))
     }
 }
 
 crate::register_kind!(dyn EffectSpec, "load", Load);
 
-/// Force on every vertex of a load on the `chosen` ones, and the number of vertices, edges or triangles that carry it.
-fn spread(sheet: &Sheet, chosen: &[bool], force: LoadForce) -> (Vec<Vec3>, usize) {
+impl LoadForce {
+    /// What it has of fields.
+    fn fields(&self) -> &[Field] {
+        match self {
+            Self::Total(_) => &[],
+            Self::PerVertex(f) | Self::PerLength(f) | Self::PerArea(f) => f,
+            Self::AlongNormal(p) => std::slice::from_ref(p),
+        }
+    }
+
+    fn fields_mut(&mut self) -> &mut [Field] {
+        match self {
+            Self::Total(_) => &mut [],
+            Self::PerVertex(f) | Self::PerLength(f) | Self::PerArea(f) => f,
+            Self::AlongNormal(p) => std::slice::from_mut(p),
+        }
+    }
+
+    /// Where its fields are read.
+    fn place(&self) -> Location {
+        match self {
+            Self::PerArea(_) | Self::AlongNormal(_) => Location::Face,
+            _ => Location::Vertex,
+        }
+    }
+}
+
+/// Force on every vertex of a load on the `chosen` ones, and the number of vertices, edges or triangles that carry it;
+/// `fields` are the values of those of `force`.
+fn spread(
+    sheet: &Sheet,
+    chosen: &[bool],
+    force: &LoadForce,
+    fields: &[Values],
+) -> (Vec<Vec3>, usize) {
     let inside = |v: &u32| chosen[*v as usize];
-    let vector = |f: [Finite; 3]| Vec3::from(f.map(Finite::get));
+    let vector = |i: usize| Vec3::from_fn(|axis, _| fields[axis].at(i));
     let mut on = vec![Vec3::zeros(); sheet.vertex_count()];
     let mut carriers = 0;
     match force {
-        LoadForce::Total(f) | LoadForce::PerVertex(f) => {
+        LoadForce::Total(_) | LoadForce::PerVertex(_) => {
             carriers = chosen.iter().filter(|c| **c).count();
             let all = sheet.reduction();
             let count = all.sum(chosen.len(), |i| if chosen[i] { 1.0 } else { 0.0 });
-            let share = match force {
-                LoadForce::Total(_) => vector(f) / count.max(1.0),
-                _ => vector(f),
-            };
-            for (on, _) in on.iter_mut().zip(chosen).filter(|(_, chosen)| **chosen) {
-                *on = share;
-            }
+            let of = on.iter_mut().enumerate().zip(chosen).filter(|(_, chosen)| **chosen);
+            of.for_each(|((i, on), _)| {
+                *on = match force {
+                    LoadForce::Total(f) => Vec3::from(f.map(Finite::get)) / count.max(1.0),
+                    _ => vector(i),
+                };
+            });
         }
-        LoadForce::PerLength(f) => {
+        LoadForce::PerLength(_) => {
             let boundary = sheet.edges().iter().filter(|edge| edge.is_boundary());
             for Edge { vertices, .. } in boundary.filter(|edge| edge.vertices.iter().all(inside)) {
                 let [a, b] = vertices.map(|v| v as usize);
                 let half = 0.5 * (sheet.rest()[b] - sheet.rest()[a]).norm();
-                on[a] += half * vector(f);
-                on[b] += half * vector(f);
+                on[a] += half * vector(a);
+                on[b] += half * vector(b);
                 carriers += 1;
             }
         }
         LoadForce::PerArea(_) | LoadForce::AlongNormal(_) => {
-            for triangle in sheet.triangles().iter().filter(|t| t.iter().all(inside)) {
+            let all = sheet.triangles().iter().enumerate();
+            for (t, triangle) in all.filter(|(_, corners)| corners.iter().all(inside)) {
                 let [a, b, c] = triangle.map(|v| sheet.rest()[v as usize]);
                 // N = 2 A n.
                 let cross = (b - a).cross(&(c - a));
                 let sixth = match force {
-                    LoadForce::AlongNormal(p) => p.get() * cross,
-                    LoadForce::PerArea(f) => cross.norm() * vector(f),
-                    _ => Vec3::zeros(),
+                    LoadForce::AlongNormal(_) => fields[0].at(t) * cross,
+                    _ => cross.norm() * vector(t),
                 };
                 for v in triangle {
                     on[*v as usize] += sixth / 6.0;
@@ -146,14 +196,27 @@ pub struct DeadLoad {
 }
 
 impl DeadLoad {
-    /// Spreads `force` over the vertices of `sheet` that are `chosen`.
+    /// Spreads `force`, which reads no files, over the vertices of `sheet` that are `chosen`.
     ///
     /// # Errors
     /// A force per length where no boundary edge, or per area where no triangle, lies between chosen
-    /// vertices.
+    /// vertices; a field that cannot be read.
     pub fn new(sheet: &Sheet, chosen: &[bool], force: LoadForce) -> Result<Self, EffectError> {
-        let (on, carriers) = spread(sheet, chosen, force);
-        if sheet.reduction().any(carriers > 0) {
+        let (material, varying, kinetics, read) = (None, None, None, None);
+        let measure = Measure::default();
+        let context = EffectContext { sheet, material, varying, kinetics, measure, read };
+        Self::read(&context, chosen, &force)
+    }
+
+    fn read(
+        context: &EffectContext<'_>,
+        chosen: &[bool],
+        force: &LoadForce,
+    ) -> Result<Self, EffectError> {
+        let of = |field| context.values(field, force.place(), "force");
+        let fields: Vec<Values> = force.fields().iter().map(of).collect::<Result<_, _>>()?;
+        let (on, carriers) = spread(context.sheet, chosen, force, &fields);
+        if context.sheet.reduction().any(carriers > 0) {
             return Ok(Self { force: on, factor: Factor::default() });
         }
         let (part, help) = match force {

@@ -5,7 +5,7 @@
 //! B = E h³/(12(1-ν²))    bending rigidity, energy
 //! ```
 //!
-//! E and h may differ from triangle to triangle, and are constant on each: Y and B then are those of the
+//! E, ν and h may differ from triangle to triangle, and are constant on each: Y and B then are those of the
 //! triangles. What belongs to an edge or a vertex has the mean over the triangles there, weighted by rest areas, which
 //! keeps the energy of a uniform strain or curvature that of an integral over the triangles.
 
@@ -38,43 +38,47 @@ impl Material {
     }
 }
 
-/// Material of the sheet whose Young's modulus and thickness may differ from triangle to triangle.
+/// Material of the sheet whose constants may differ from triangle to triangle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Elasticity {
     /// Young's modulus E, stress.
     pub young: Values,
     /// Poisson's ratio ν.
-    pub poisson: f64,
+    pub poisson: Values,
     /// Thickness h, length.
     pub thickness: Values,
 }
 
 impl From<&Material> for Elasticity {
     fn from(Material { young, poisson, thickness }: &Material) -> Self {
-        let (young, thickness) = (Values::Same(*young), Values::Same(*thickness));
-        Self { young, poisson: *poisson, thickness }
+        let [young, poisson, thickness] = [young, poisson, thickness].map(|c| Values::Same(*c));
+        Self { young, poisson, thickness }
     }
 }
 
 impl Elasticity {
+    fn constants(&self) -> [&Values; 3] {
+        [&self.young, &self.poisson, &self.thickness]
+    }
+
     /// Whether all of it is the same everywhere.
     #[must_use]
     pub fn is_uniform(&self) -> bool {
-        self.young.is_uniform() && self.thickness.is_uniform()
+        self.constants().iter().all(|values| values.is_uniform())
     }
 
-    /// The largest of both constants.
+    /// The largest of each constant.
     #[must_use]
     pub fn largest(&self) -> Material {
-        let (young, thickness) = (self.young.largest(), self.thickness.largest());
-        Material { young, poisson: self.poisson, thickness }
+        let [young, poisson, thickness] = self.constants().map(Values::largest);
+        Material { young, poisson, thickness }
     }
 
-    /// The smallest of both constants.
+    /// The smallest of each constant.
     #[must_use]
     pub fn smallest(&self) -> Material {
-        let (young, thickness) = (self.young.smallest(), self.thickness.smallest());
-        Material { young, poisson: self.poisson, thickness }
+        let [young, poisson, thickness] = self.constants().map(Values::smallest);
+        Material { young, poisson, thickness }
     }
 
     /// Y of the triangles, force per length.
@@ -90,16 +94,17 @@ impl Elasticity {
     }
 
     /// What `of` makes of the constants of every triangle.
-    pub(super) fn each(&self, of: impl Fn(&Material) -> f64) -> Values {
-        let Self { young, poisson, thickness } = self;
-        let at = |young, thickness| of(&Material { young, poisson: *poisson, thickness });
-        match (young, thickness) {
-            (Values::Same(young), _) => thickness.map(|h| at(*young, h)),
-            (_, Values::Same(thickness)) => young.map(|e| at(e, *thickness)),
-            (Values::Each(young), Values::Each(thickness)) => {
-                Values::Each(young.iter().zip(thickness).map(|(e, h)| at(*e, *h)).collect())
-            }
-        }
+    pub(crate) fn each(&self, of: impl Fn(&Material) -> f64) -> Values {
+        let at = |t: usize| {
+            let [young, poisson, thickness] = self.constants().map(|values| values.at(t));
+            of(&Material { young, poisson, thickness })
+        };
+        let count = self.constants().into_iter().find_map(|values| match values {
+            Values::Same(_) => None,
+            Values::Each(all) => Some(all.len()),
+        });
+        count
+            .map_or_else(|| Values::Same(at(0)), |count| Values::Each((0..count).map(at).collect()))
     }
 }
 

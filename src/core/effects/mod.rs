@@ -44,6 +44,7 @@ pub use active::ActiveTension;
 pub use advection::{Advection, AdvectionScheme};
 pub use bending::{
     Bending, BendingModel, BendingWeight, HingeBending, MeyerBending, Rest, RestShape,
+    SPONTANEOUS_CURVATURE,
 };
 pub use contact::{Contacts, Obstacle, ObstacleShape, SelfContact, Side};
 pub use cotan::{Cotan, CotanOperator};

@@ -70,7 +70,7 @@ fn of_rates(
     let direction = noise(typical);
     let ones = vec![1.0; sheet.edges().len()];
     let mut rates = |values: &Vec<f64>| {
-        potential.set_internal(std::iter::once((name, values)));
+        potential.set_fields(std::iter::once((name, values)));
         let factor = if term.multiplies_lengths() { values } else { &ones };
         potential.set_conditions(Some(factor), 0.0);
         let mut out = vec![0.0; values.len()];

@@ -15,19 +15,20 @@ use super::parameters::{ParameterFields, column};
 use super::signals::Signals;
 use super::unreliable_results::Flagged;
 use crate::effects::{Direction, Held, Measure, TransportTerm};
-use crate::geometry::FaceVertexAverage;
 use crate::kinetics::{
-    Batch, Column, Descriptor, Kinetics, KineticsError, Location, Signal, field,
+    Batch, Column, Descriptor, Feedback, Kinetics, KineticsError, Location, Signal, field,
 };
 use crate::parallel;
 use crate::sheet::Sheet;
 use crate::tally::{Meter, Scope, Tally};
 pub use held::HeldValues;
-use places::{at_vertices, edge_means};
+pub(super) use places::{at_vertices, edge_means};
 pub use surface::Surface;
 use surface::distinct_operators;
 
 type Few<T> = SmallVec<[T; 4]>;
+/// Values at points, and their derivatives, one column a species.
+type WithSlopes = (Vec<f64>, Vec<Vec<f64>>);
 /// Below so many points an evaluation costs no more than the clock.
 const FEW_POINTS: usize = 8;
 
@@ -65,16 +66,7 @@ impl Chemistry {
         transports: Vec<TransportTerm>,
         measure: Measure,
     ) -> Self {
-        if kinetics.descriptor().capabilities.length_factor {
-            let average = (location == Location::Face).then(|| FaceVertexAverage::new(sheet));
-            let at_edges = |values: &Vec<f64>| {
-                if values.len() == 1 {
-                    return values.clone();
-                }
-                edge_means(sheet, &at_vertices(sheet, average.as_ref(), values))
-            };
-            parameters.at_edges = parameters.at_points.iter().map(at_edges).collect();
-        }
+        parameters.carry(sheet, location, &kinetics.descriptor().capabilities);
         let which = distinct_operators(&transports);
         let (flagged, tally) = (Flagged::default(), Tally::default());
         let (law, meters) = (counters::of_law(&tally, ""), Vec::new());
@@ -194,7 +186,11 @@ impl Chemistry {
         let at_edges = self.at_edges(sheet, surface, species);
         let mut factor = self.factor_at(Location::Edge, &at_edges)?;
         if let Some(direction) = &self.direction {
-            parallel::update(&mut factor, |e, factor| *factor = direction.at(e, *factor).0);
+            let across = self.feedback(Feedback::FactorAcross, Location::Edge, &at_edges)?;
+            parallel::update(&mut factor, |e, factor| {
+                let across = across.as_ref().map_or_else(|| direction.across(*factor).0, |a| a[e]);
+                *factor = direction.at(e, *factor, across).0;
+            });
         }
         Ok(Some(factor))
     }
@@ -222,11 +218,96 @@ impl Chemistry {
         });
         self.flagged.note(location, outcome)?;
         if let Some(direction) = &self.direction {
-            for slope in &mut slopes {
-                parallel::update(slope, |e, slope| *slope *= direction.at(e, factor[e]).1);
+            let across = self.feedback_slopes(Feedback::FactorAcross, location, &at_edges)?;
+            for (s, slope) in slopes.iter_mut().enumerate() {
+                parallel::update(slope, |e, slope| {
+                    let (value, by) = match &across {
+                        Some((values, slopes)) => (values[e], slopes[s][e]),
+                        None => {
+                            let (value, by_factor) = direction.across(factor[e]);
+                            (value, by_factor * *slope)
+                        }
+                    };
+                    let (_, [by_along, by_across]) = direction.at(e, factor[e], value);
+                    *slope = by_along * *slope + by_across * by;
+                });
             }
         }
         Ok(Some(slopes))
+    }
+
+    /// Spontaneous curvature C₀ at every vertex, 1/length; `None` if the kinetics gives none.
+    ///
+    /// # Errors
+    /// If the plugin fails or gives a number that is not finite.
+    pub fn curvature(
+        &self,
+        sheet: &Sheet,
+        surface: &Surface,
+        species: &[Vec<f64>],
+    ) -> Result<Option<Vec<f64>>, KineticsError> {
+        if !self.descriptor().capabilities.curvature {
+            return Ok(None);
+        }
+        let at_vertices = self.at_vertices(sheet, surface, species);
+        self.feedback(Feedback::Curvature, Location::Vertex, &at_vertices)
+    }
+
+    /// ∂C₀/∂c at every vertex, one column a species; `None` if the kinetics gives no spontaneous curvature.
+    ///
+    /// # Errors
+    /// As for [`Chemistry::curvature`].
+    pub fn curvature_slopes(
+        &self,
+        sheet: &Sheet,
+        surface: &Surface,
+        species: &[Vec<f64>],
+    ) -> Result<Option<Vec<Vec<f64>>>, KineticsError> {
+        if !self.descriptor().capabilities.curvature {
+            return Ok(None);
+        }
+        let at_vertices = self.at_vertices(sheet, surface, species);
+        let found = self.feedback_slopes(Feedback::Curvature, Location::Vertex, &at_vertices)?;
+        Ok(found.map(|(_, slopes)| slopes))
+    }
+
+    /// A quantity of [`Feedback`]; `None` if the kinetics does not give it.
+    fn feedback(
+        &self,
+        which: Feedback,
+        location: Location,
+        species: &[Vec<f64>],
+    ) -> Result<Option<Vec<f64>>, KineticsError> {
+        if !which.is_given(&self.descriptor().capabilities) {
+            return Ok(None);
+        }
+        let mut values = vec![which.neutral(); species.first().map_or(0, Vec::len)];
+        let outcome = self.call(law::FACTOR, location, species, &[], |kinetics, batch| {
+            field::feedback(kinetics, which, batch, &mut values)
+        });
+        self.flagged.note(location, outcome)?;
+        Ok(Some(values))
+    }
+
+    /// The same with its derivatives, one column a species.
+    fn feedback_slopes(
+        &self,
+        which: Feedback,
+        location: Location,
+        species: &[Vec<f64>],
+    ) -> Result<Option<WithSlopes>, KineticsError> {
+        if !which.is_given(&self.descriptor().capabilities) {
+            return Ok(None);
+        }
+        let count = species.first().map_or(0, Vec::len);
+        let mut values = vec![which.neutral(); count];
+        let mut slopes = vec![vec![0.0; count]; species.len()];
+        let mut out: Vec<&mut [f64]> = slopes.iter_mut().map(Vec::as_mut_slice).collect();
+        let outcome = self.call(law::SLOPES, location, species, &[], |kinetics, batch| {
+            field::feedback_partials(kinetics, which, batch, &mut values, &mut out)
+        });
+        self.flagged.note(location, outcome)?;
+        Ok(Some((values, slopes)))
     }
 
     /// Length factor Φ where the species live.

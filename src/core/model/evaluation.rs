@@ -14,7 +14,7 @@ use super::potential::Potential;
 use super::signals::Signals;
 use super::state::State;
 use crate::Vec3;
-use crate::effects::Internal;
+use crate::effects::{Internal, SPONTANEOUS_CURVATURE};
 use crate::num::{real, whole};
 use crate::sheet::SheetError;
 
@@ -106,12 +106,13 @@ impl<'a> Evaluation<'a> {
         let mechanics = self.model.mechanics();
         if !self.known.potential {
             let factor = self.length_factor()?;
+            let curvature = self.curvature()?;
             let reduction = self.model.sheet().reduction();
             let fits = |p: &Potential| Arc::ptr_eq(p.mechanics(), mechanics);
             if !self.memory.potential.as_ref().is_some_and(fits) {
                 self.memory.potential = Some(Potential::new(mechanics));
             }
-            let set = self.set_conditions(factor.as_deref());
+            let set = self.set_conditions(factor.as_deref(), curvature.as_ref());
             ModelError::agreed(reduction, set)?;
             if let Some(potential) = &mut self.memory.potential {
                 potential.balance(&self.state.x, false);
@@ -121,11 +122,17 @@ impl<'a> Evaluation<'a> {
         Ok(self.memory.potential.get_or_insert_with(|| Potential::new(mechanics)))
     }
 
-    fn set_conditions(&mut self, factor: Option<&[f64]>) -> Result<(), ModelError> {
+    fn set_conditions(
+        &mut self,
+        factor: Option<&[f64]>,
+        curvature: Option<&Vec<f64>>,
+    ) -> Result<(), ModelError> {
         let Some(potential) = &mut self.memory.potential else { return Ok(()) };
         let (terms, values) = (self.model.internal(), &self.state.internal);
-        if !terms.is_empty() {
-            potential.set_internal(terms.iter().map(|term| term.name()).zip(values));
+        if !terms.is_empty() || curvature.is_some() {
+            let internal = terms.iter().map(|term| term.name()).zip(values);
+            let curvature = curvature.map(|values| (SPONTANEOUS_CURVATURE, values));
+            potential.set_fields(internal.chain(curvature));
         }
         potential.set_conditions(factor, self.state.time);
         potential.set_anchor(None);
@@ -157,6 +164,20 @@ impl<'a> Evaluation<'a> {
             }
         }
         Ok(all)
+    }
+
+    /// Spontaneous curvature C₀ that the law gives every vertex, 1/length; `None` if it gives none.
+    ///
+    /// # Errors
+    /// A law that fails, or gives one that is not finite.
+    pub fn curvature(&mut self) -> Result<Option<Vec<f64>>, ModelError> {
+        let Some(chemistry) = self.model.chemistry() else { return Ok(None) };
+        if !chemistry.descriptor().capabilities.curvature {
+            return Ok(None);
+        }
+        let (sheet, species) = (self.model.sheet(), &self.state.species);
+        let curvature = chemistry.curvature(sheet, self.average(chemistry), species);
+        ModelError::agreed(sheet.reduction(), curvature.map_err(ModelError::from))
     }
 
     /// The same of growth and laws alone.

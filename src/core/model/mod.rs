@@ -238,13 +238,13 @@ impl Model {
             && !self.chemistry.as_ref().is_some_and(factor)
     }
 
-    /// Whether optimal lengths depend on the shape: species on faces that set them are carried to vertices with
-    /// weights of the current shape.
+    /// Whether optimal lengths or spontaneous curvatures depend on the shape: species on faces that set them are carried
+    /// to vertices with weights of the current shape.
     #[must_use]
     pub fn lengths_follow_shape(&self) -> bool {
         self.chemistry.as_ref().is_some_and(|chemistry| {
-            let on_faces = chemistry.location() == Location::Face;
-            on_faces && chemistry.descriptor().capabilities.length_factor
+            let given = chemistry.descriptor().capabilities;
+            chemistry.location() == Location::Face && (given.length_factor || given.curvature)
         })
     }
 

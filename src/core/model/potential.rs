@@ -24,7 +24,7 @@ pub struct Potential {
     mechanics: Arc<Mechanics>,
     metric: RestMetric,
     time: f64,
-    /// Internal variables by name.
+    /// Internal variables and what laws give, by name.
     internal: Vec<(&'static str, Vec<f64>)>,
     /// Whether they have changed since effects were prepared.
     stale: bool,
@@ -97,8 +97,8 @@ impl Potential {
         }
     }
 
-    /// Sets internal variables, which effects read under the next conditions that are set.
-    pub fn set_internal<'a>(&mut self, values: impl Iterator<Item = (&'static str, &'a Vec<f64>)>) {
+    /// Sets internal variables and what laws give, which effects read under the next conditions that are set.
+    pub fn set_fields<'a>(&mut self, values: impl Iterator<Item = (&'static str, &'a Vec<f64>)>) {
         let mut count = 0;
         for (k, (name, values)) in values.enumerate() {
             match self.internal.get_mut(k) {
@@ -470,6 +470,13 @@ impl Potential {
     pub fn keeps_triangles(&self, from: &[Vec3], to: &[Vec3], share: f64, flat: f64) -> bool {
         let _scope = counters::of_steps(self.mechanics.tally()).scope(0);
         self.mechanics.keeps_triangles(from, to, share, flat)
+    }
+
+    /// Hands all `∂²U/∂x_i∂C₀_v` at `x` to `emit`, in an order that depends on the sheet alone.
+    pub fn curvature_derivatives(&mut self, x: &[Vec3], emit: &mut dyn FnMut(usize, usize, Vec3)) {
+        self.each(energy::LENGTHS, x, |_, term, work, shape| {
+            term.curvature_derivatives(shape, work, emit)
+        });
     }
 
     /// Hands all `∂²U/∂x_i∂l̄_e` at `x` to `emit`, in an order that depends on the sheet alone.

@@ -56,7 +56,8 @@ pub struct Signals {
     area: VertexArea,
     /// Y of the triangles.
     modulus: Values,
-    poisson: f64,
+    /// Y/(1-ν) of the triangles.
+    areal_modulus: Values,
     reading: TensionReading,
     rest_area: Arc<[f64]>,
     planar: bool,
@@ -81,7 +82,9 @@ impl Signals {
             area,
             // Of use to the tension alone, which is refused without a material.
             modulus: material.map_or(Values::Same(0.0), Elasticity::stretching_modulus),
-            poisson: material.map_or(0.0, |material| material.poisson),
+            areal_modulus: material.map_or(Values::Same(0.0), |material| {
+                material.each(|m| m.stretching_modulus() / (1.0 - m.poisson))
+            }),
             reading,
             rest_area: rest_area.into(),
             planar: false,
@@ -216,8 +219,7 @@ impl Signals {
         let modulus = &self.modulus;
         match (self.reading, self.location) {
             (TensionReading::Trace, _) => {
-                let factor = modulus.map(|modulus| modulus / (1.0 - self.poisson));
-                self.carry_faces(shape, |t| factor.at(t) * strain(t))
+                self.carry_faces(shape, |t| self.areal_modulus.at(t) * strain(t))
             }
             (TensionReading::Mean, _) => self.carry_faces(shape, |t| modulus.at(t) * strain(t)),
             (TensionReading::Paper, Location::Face | Location::Edge) => {

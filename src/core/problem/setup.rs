@@ -39,7 +39,14 @@ impl Problem<'_> {
     fn check_material(&self) -> Result<(), ProblemError> {
         let Some(Elasticity { young, poisson, thickness }) = &self.material else { return Ok(()) };
         let refuse = |message| Err(ProblemError::new(Part::Material, message, None));
-        for (name, values) in [("young", young), ("thickness", thickness)] {
+        let positive = |value: &f64| *value > 0.0 && value.is_finite();
+        let ratio = |value: &f64| *value > -1.0 && *value <= 0.5;
+        let constants: [(&str, &Values, &dyn Fn(&f64) -> bool, &str); 3] = [
+            ("young", young, &positive, "positive and finite"),
+            ("poisson", poisson, &ratio, "above -1 and at most 0.5"),
+            ("thickness", thickness, &positive, "positive and finite"),
+        ];
+        for (name, values, allowed, range) in constants {
             let count = self.sheet.triangle_count();
             if let Values::Each(all) = values
                 && all.len() != count
@@ -49,17 +56,14 @@ impl Problem<'_> {
                     "{name} has {given} values, and the sheet {count} triangles"
                 ));
             }
-            let wrong = |value: &f64| !(*value > 0.0 && value.is_finite());
+            let wrong = |value: &f64| !allowed(value);
             let found = match values {
                 Values::Same(value) => Some(*value).filter(wrong),
                 Values::Each(all) => all.iter().copied().find(wrong),
             };
             if let Some(value) = found {
-                return refuse(format!("{name} is {value}; it must be positive and finite"));
+                return refuse(format!("{name} is {value}; it must be {range}"));
             }
-        }
-        if !(*poisson > -1.0 && *poisson <= 0.5) {
-            return refuse(format!("poisson is {poisson}; it must be above -1 and at most 0.5"));
         }
         Ok(())
     }
@@ -186,6 +190,14 @@ impl Problem<'_> {
             check_held(number, &all.held, &effect.held)?;
             check_internal(number, &all.internal, &effect.internal)?;
             all.add(effect);
+        }
+        let across =
+            law.is_some_and(|law| law.kinetics.descriptor().capabilities.length_factor_across);
+        if across && all.direction.is_none() {
+            let message =
+                "the law has a length factor across a fibre, and no effect gives the fibre";
+            let help = "add [[effect]] kind = \"directed-growth\" with its fibre";
+            return Err(ProblemError::new(Part::Law, message, Some(help)));
         }
         Ok(all)
     }

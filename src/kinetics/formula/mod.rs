@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! dc/dt = R_c(c, signals)      one formula a species, of species, signals, parameters and `let`s
-//! Φ     = Φ(c)                 the length factor, of species and parameters
+//! Φ     = Φ(c)                 the length factor, of species and parameters; so other feedback
 //! ```
 //!
 //! Values of parameters become constants before anything is simplified. All partial derivatives are
@@ -28,7 +28,10 @@ use names::Names;
 use program::Program;
 
 use super::descriptor::{Capabilities, Descriptor, FORMULA, Observable};
-use super::{Batch, Column, Kinetics, Location, Outcome, Parameter, Signal, SignalRead, Species};
+use super::site::LENGTH_FACTOR;
+use super::{
+    Batch, Column, Feedback, Kinetics, Location, Outcome, Parameter, Signal, SignalRead, Species,
+};
 
 /// One formula of a law.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,6 +59,8 @@ pub struct Law {
     pub rates: Vec<Formula>,
     /// The length factor.
     pub length_factor: Option<String>,
+    /// Other feedback on the sheet.
+    pub feedback: Vec<(Feedback, String)>,
     /// Observables.
     pub observables: Vec<(Observable, String)>,
 }
@@ -83,6 +88,7 @@ impl Law {
             lets: Vec::new(),
             rates: Vec::new(),
             length_factor: None,
+            feedback: Vec::new(),
             observables: Vec::new(),
         }
     }
@@ -128,6 +134,13 @@ impl Law {
         Self { length_factor: Some(formula.to_owned()), ..self }
     }
 
+    /// Adds a quantity of [`Feedback`]; a length factor across a fibre goes with the one along it.
+    #[must_use]
+    pub fn feedback(mut self, which: Feedback, formula: &str) -> Self {
+        self.feedback.push((which, formula.to_owned()));
+        self
+    }
+
     /// Whether a species, a parameter or a `let` has this name.
     #[must_use]
     pub fn has(&self, name: &str) -> bool {
@@ -140,7 +153,8 @@ impl Law {
     fn size(&self) -> usize {
         let named = self.lets.iter().chain(&self.rates).map(|formula| &formula.text);
         let observables = self.observables.iter().map(|(_, text)| text);
-        named.chain(&self.length_factor).chain(observables).map(String::len).sum()
+        let feedback = self.feedback.iter().map(|(_, text)| text);
+        named.chain(&self.length_factor).chain(feedback).chain(observables).map(String::len).sum()
     }
 }
 
@@ -163,6 +177,8 @@ pub enum Which {
     Rate(usize),
     /// The length factor.
     LengthFactor,
+    /// The k-th of `feedback`.
+    Feedback(usize),
     /// The k-th of `observables`.
     Observable(usize),
 }
@@ -178,11 +194,15 @@ pub struct FormulaKinetics {
     unused_lets: Vec<String>,
     rates: Program,
     rate_partials: Program,
-    factor: Option<(Program, Program)>,
+    factor: Option<OfSpecies>,
+    feedback: Vec<(Feedback, OfSpecies)>,
     observables: Program,
     /// Times at which rates switch.
     kinks: Kinks,
 }
+
+/// A function of the species alone, and the same with its partial derivatives.
+type OfSpecies = (Program, Program);
 
 /// Most species of a law as text: every rate is differentiated by each.
 const MOST_SPECIES: usize = 512;
@@ -216,20 +236,26 @@ impl FormulaKinetics {
                 rates[s] = id;
             }
         }
-        // The length factor sees no signals, not even through `let`s.
         let mut factor = None;
         if let Some(text) = &law.length_factor {
             let wrong = |error| LawError { formula: Which::LengthFactor, error };
-            let id = insert(&mut graph, &names, text).map_err(wrong)?;
-            if let Some(column) = first_signal(&graph, id, law.species.len(), names.columns.len()) {
-                let message = format!(
-                    "the length factor reads the signal {}; it may depend on species and \
-                     parameters only",
-                    names.columns[column]
-                );
-                return Err(wrong(FormulaError::new(0..text.len(), message)));
+            let count = law.species.len();
+            let id = insert_of_species(&mut graph, &names, (text, count), LENGTH_FACTOR);
+            factor = Some(id.map_err(wrong)?);
+        }
+        let mut feedback = Vec::new();
+        for (k, (which, text)) in law.feedback.iter().enumerate() {
+            let wrong = |error| LawError { formula: Which::Feedback(k), error };
+            if *which == Feedback::FactorAcross && law.length_factor.is_none() {
+                let message = "a length factor across a fibre goes with the one along it";
+                let error = FormulaError::new(0..text.len(), message);
+                return Err(wrong(
+                    error.help("add length_factor, \"1\" if nothing grows along it"),
+                ));
             }
-            factor = Some(id);
+            let count = law.species.len();
+            let id = insert_of_species(&mut graph, &names, (text, count), which.describe());
+            feedback.push((*which, id.map_err(wrong)?));
         }
         let mut observables = Vec::new();
         for (k, (_, text)) in law.observables.iter().enumerate() {
@@ -237,7 +263,7 @@ impl FormulaKinetics {
             observables.push(insert(&mut graph, &names, text).map_err(wrong)?);
         }
         let read = names.read();
-        let mut kinetics = Self::compile(law, graph, &rates, factor, &observables)?;
+        let mut kinetics = Self::compile(law, graph, &rates, (factor, &feedback), &observables)?;
         let all = law.parameters.iter().map(|p| &p.name);
         kinetics.unused = all.filter(|name| !read.contains(*name)).cloned().collect();
         let lets = law.lets.iter().map(|part| &part.name);
@@ -249,7 +275,7 @@ impl FormulaKinetics {
         law: &Law,
         mut graph: Graph,
         rates: &[Id],
-        factor: Option<Id>,
+        (factor, feedback): (Option<Id>, &[(Feedback, Id)]),
         observables: &[Id],
     ) -> Result<Self, LawError> {
         let species = law.species.len();
@@ -276,12 +302,13 @@ impl FormulaKinetics {
                 wanted.push(slope.map_err(too_large)?);
             }
         }
-        let factor = factor.map(|id| {
+        let mut with_slopes = |id: Id| {
             let slopes = (0..species).map(|s| graph.slope(id, rumple_numerics::num::index(s)));
-            let wanted: Result<Vec<Id>, TooLarge> = std::iter::once(Ok(id)).chain(slopes).collect();
-            wanted.map(|wanted| (id, wanted))
-        });
-        let factor = factor.transpose().map_err(too_large)?;
+            std::iter::once(Ok(id)).chain(slopes).collect::<Result<Vec<Id>, TooLarge>>()
+        };
+        let factor = factor.map(&mut with_slopes).transpose().map_err(too_large)?;
+        let feedback = feedback.iter().map(|(which, id)| Ok((*which, with_slopes(*id)?)));
+        let feedback: Vec<_> = feedback.collect::<Result<_, _>>().map_err(too_large)?;
         let kinks = Kinks::of_rates(&mut graph, rates, species);
         graph.complete();
         let program = |outputs: &[Id], numbers: &Numbers| {
@@ -289,14 +316,19 @@ impl FormulaKinetics {
             program.renumber(numbers);
             program
         };
-        let factor =
-            factor.map(|(id, wanted)| (program(&[id], &of_factor), program(&wanted, &of_factor)));
-        let capabilities = Capabilities {
+        let of_species =
+            |wanted: Vec<Id>| (program(&wanted[..1], &of_factor), program(&wanted, &of_factor));
+        let factor = factor.map(of_species);
+        let feedback: Vec<_> =
+            feedback.into_iter().map(|(which, wanted)| (which, of_species(wanted))).collect();
+        let mut capabilities = Capabilities {
             rate_partials: true,
             length_factor: factor.is_some(),
             length_factor_partials: factor.is_some(),
             parameter_fields: true,
+            ..Capabilities::default()
         };
+        feedback.iter().for_each(|(which, _)| which.give(&mut capabilities));
         let descriptor = Descriptor { signals, observed, capabilities, ..described(law) };
         Ok(Self {
             descriptor,
@@ -307,6 +339,7 @@ impl FormulaKinetics {
             rates: program(rates, &of_rates),
             rate_partials: program(&wanted, &of_rates),
             factor,
+            feedback,
             observables: program(observables, &of_observables),
             kinks,
         })
@@ -328,6 +361,41 @@ impl FormulaKinetics {
     #[must_use]
     pub fn unused_lets(&self) -> &[String] {
         &self.unused_lets
+    }
+
+    fn found(&self, which: Feedback) -> Option<&OfSpecies> {
+        self.feedback.iter().find(|(known, _)| *known == which).map(|(_, programs)| programs)
+    }
+
+    /// Evaluates a function of the species; `neutral` where there is none.
+    fn of_species(
+        &self,
+        programs: Option<&OfSpecies>,
+        batch: &Batch<'_>,
+        (values, neutral): (&mut [f64], f64),
+    ) {
+        match programs {
+            Some((program, _)) => program.run(&self.inputs(batch), batch.count, &mut [values]),
+            None => values.fill(neutral),
+        }
+    }
+
+    /// The same with partial derivatives.
+    fn of_species_partials(
+        &self,
+        programs: Option<&OfSpecies>,
+        batch: &Batch<'_>,
+        (values, neutral): (&mut [f64], f64),
+        partials: &mut [&mut [f64]],
+    ) {
+        let Some((_, program)) = programs else {
+            values.fill(neutral);
+            partials.iter_mut().for_each(|column| column.fill(0.0));
+            return;
+        };
+        let mut all: Vec<&mut [f64]> = vec![values];
+        all.extend(partials.iter_mut().map(|column| &mut **column));
+        program.run(&self.inputs(batch), batch.count, &mut all);
     }
 
     /// The inputs of a call: species, signals, parameters that vary.
@@ -364,6 +432,24 @@ fn numbers(species: usize, varying: usize, read: &[usize]) -> (Vec<SignalRead>, 
 fn insert(graph: &mut Graph, names: &Names<'_>, text: &str) -> Result<Id, FormulaError> {
     let tree = parse::parse(text)?;
     graph.insert(&tree, &mut |graph, name| names.find(graph, name))
+}
+
+/// The same of species and parameters: `what` of the law sees no signals, not even through `let`s.
+fn insert_of_species(
+    graph: &mut Graph,
+    names: &Names<'_>,
+    (text, species): (&str, usize),
+    what: &str,
+) -> Result<Id, FormulaError> {
+    let id = insert(graph, names, text)?;
+    let Some(column) = first_signal(graph, id, species, names.columns.len()) else {
+        return Ok(id);
+    };
+    let message = format!(
+        "{what} reads the signal {}; it may depend on species and parameters only",
+        names.columns[column]
+    );
+    Err(FormulaError::new(0..text.len(), message))
 }
 
 /// Numbers of the inputs that `nodes` read.
@@ -416,10 +502,7 @@ impl Kinetics for FormulaKinetics {
     }
 
     fn length_factor(&self, batch: &Batch<'_>, factor: &mut [f64]) -> Outcome {
-        match &self.factor {
-            Some((program, _)) => program.run(&self.inputs(batch), batch.count, &mut [factor]),
-            None => factor.fill(1.0),
-        }
+        self.of_species(self.factor.as_ref(), batch, (factor, 1.0));
         Ok(None)
     }
 
@@ -429,14 +512,23 @@ impl Kinetics for FormulaKinetics {
         factor: &mut [f64],
         partials: &mut [&mut [f64]],
     ) -> Outcome {
-        let Some((_, program)) = &self.factor else {
-            factor.fill(1.0);
-            partials.iter_mut().for_each(|column| column.fill(0.0));
-            return Ok(None);
-        };
-        let mut all: Vec<&mut [f64]> = vec![factor];
-        all.extend(partials.iter_mut().map(|column| &mut **column));
-        program.run(&self.inputs(batch), batch.count, &mut all);
+        self.of_species_partials(self.factor.as_ref(), batch, (factor, 1.0), partials);
+        Ok(None)
+    }
+
+    fn feedback(&self, which: Feedback, batch: &Batch<'_>, values: &mut [f64]) -> Outcome {
+        self.of_species(self.found(which), batch, (values, which.neutral()));
+        Ok(None)
+    }
+
+    fn feedback_partials(
+        &self,
+        which: Feedback,
+        batch: &Batch<'_>,
+        values: &mut [f64],
+        partials: &mut [&mut [f64]],
+    ) -> Outcome {
+        self.of_species_partials(self.found(which), batch, (values, which.neutral()), partials);
         Ok(None)
     }
 

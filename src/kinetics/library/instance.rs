@@ -19,7 +19,7 @@ use super::inputs::Inputs;
 use crate::batch::{Batch, Column, UNTOUCHED};
 use crate::descriptor::Descriptor;
 use crate::error::KineticsError;
-use crate::{Kinetics, Outcome, Site, differences};
+use crate::{Feedback, Kinetics, Outcome, Site, differences};
 
 /// The law of a loaded plugin with its parameters.
 #[derive(Debug)]
@@ -106,6 +106,14 @@ impl PluginKinetics {
     #[must_use]
     pub fn library(&self) -> &Arc<Library> {
         &self.library
+    }
+
+    fn feedback_functions(&self, which: Feedback) -> (abi::Evaluate, abi::EvaluatePartials) {
+        let all = &self.library.feedback;
+        match which {
+            Feedback::Curvature => (all.curvature, all.curvature_partials),
+            Feedback::FactorAcross => (all.length_factor_across, all.length_factor_across_partials),
+        }
     }
 
     /// Checks that all columns are there and long enough, so that pointers to them may be given
@@ -320,6 +328,35 @@ impl Kinetics for PluginKinetics {
         let counts = ColumnCounts { signals: 0, values: 1, partials: partials_wanted };
         let wanted = Wanted { name, function, counts };
         self.evaluate(&wanted, batch, &mut [factor], partials)
+    }
+
+    fn feedback(&self, which: Feedback, batch: &Batch<'_>, values: &mut [f64]) -> Outcome {
+        if !which.is_given(&self.library.descriptor.capabilities) {
+            values.fill(which.neutral());
+            return Ok(None);
+        }
+        let (function, _) = self.feedback_functions(which);
+        let counts = ColumnCounts { signals: 0, values: 1, partials: 0 };
+        let wanted = Wanted { name: which.name(), function: Function::Values(function), counts };
+        self.evaluate(&wanted, batch, &mut [values], &mut [])
+    }
+
+    fn feedback_partials(
+        &self,
+        which: Feedback,
+        batch: &Batch<'_>,
+        values: &mut [f64],
+        partials: &mut [&mut [f64]],
+    ) -> Outcome {
+        let (_, function) = self.feedback_functions(which);
+        if function.is_none() || !which.is_given(&self.library.descriptor.capabilities) {
+            return differences::feedback_partials(self, which, batch, values, partials);
+        }
+        let species = self.library.descriptor.species.len();
+        let counts = ColumnCounts { signals: 0, values: 1, partials: species };
+        let function = Function::Partials(function);
+        let wanted = Wanted { name: which.partials_name(), function, counts };
+        self.evaluate(&wanted, batch, &mut [values], partials)
     }
 
     fn without_parameter_columns(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {

@@ -63,16 +63,23 @@ fn capabilities(given: abi::Capabilities) -> Result<Capabilities, Problem> {
     if !given.contains(abi::Capabilities::RATES) {
         return Err(problem("do not include rates"));
     }
-    if given.0 >> 32 != 0 {
+    let known =
+        abi::Capabilities::SPONTANEOUS_CURVATURE.with(abi::Capabilities::LENGTH_FACTOR_ACROSS);
+    if (given.0 & !known.0) >> 32 != 0 {
         return Err(problem(
-            "include something that this version of the engine cannot do (spontaneous curvature, \
-             state of instances, or newer)",
+            "include something that this version of the engine cannot do (state of instances, or newer)",
         ));
+    }
+    let across = given.contains(abi::Capabilities::LENGTH_FACTOR_ACROSS);
+    if across && !given.contains(abi::Capabilities::LENGTH_FACTOR) {
+        return Err(problem("include a length factor across a fibre without one along it"));
     }
     Ok(Capabilities {
         rate_partials: given.contains(abi::Capabilities::RATE_PARTIALS),
         length_factor: given.contains(abi::Capabilities::LENGTH_FACTOR),
         length_factor_partials: given.contains(abi::Capabilities::LENGTH_FACTOR_PARTIALS),
+        curvature: given.contains(abi::Capabilities::SPONTANEOUS_CURVATURE),
+        length_factor_across: across,
         parameter_fields: given.contains(abi::Capabilities::PARAMETER_FIELDS),
     })
 }
@@ -190,6 +197,55 @@ pub(super) unsafe fn observables(
     descriptor.observed.clone_from(&descriptor.signals);
     metadata::check(descriptor)?;
     Ok(raw.observe.filter(|_| !descriptor.observables.is_empty()))
+}
+
+/// A plugin without feedback besides the length factor.
+const NO_FEEDBACK: abi::Feedback = abi::Feedback {
+    size: size_of::<abi::Feedback>(),
+    curvature: None,
+    curvature_partials: None,
+    length_factor_across: None,
+    length_factor_across_partials: None,
+};
+
+/// Asks for the extension with the feedback that the capabilities declare.
+///
+/// # Safety
+/// As for [`observables`].
+pub(super) unsafe fn feedback(
+    table: &abi::PluginTable,
+    given: Capabilities,
+) -> Result<abi::Feedback, Problem> {
+    if !given.curvature && !given.length_factor_across {
+        return Ok(NO_FEEDBACK);
+    }
+    let place = format!("extension `{}`", abi::FEEDBACK);
+    let problem = |problem: &str| Err((place.clone(), problem.to_owned()));
+    let answer = match table.get_extension {
+        // SAFETY: a function of the table.
+        Some(get_extension) => unsafe { get_extension(abi::Str::new(abi::FEEDBACK)) },
+        None => ptr::null(),
+    };
+    let answer = answer.cast::<abi::Feedback>();
+    if answer.is_null() {
+        return problem("is missing, but the capabilities include what it gives");
+    }
+    if !answer.is_aligned() {
+        return problem("is not aligned");
+    }
+    // SAFETY: what the id stands for begins with its size.
+    if unsafe { (*answer).size } < size_of::<abi::Feedback>() {
+        return problem("is truncated");
+    }
+    // SAFETY: aligned, and of at least this size.
+    let raw = unsafe { *answer };
+    if given.curvature && raw.curvature.is_none() {
+        return problem("its function `curvature` is null");
+    }
+    if given.length_factor_across && raw.length_factor_across.is_none() {
+        return problem("its function `length_factor_across` is null");
+    }
+    Ok(raw)
 }
 
 /// # Safety

@@ -10,7 +10,8 @@
 
 use crate::differences::{self, Range, SCALES, Side};
 use crate::field::Columns;
-use crate::{Batch, Kinetics, KineticsError, Outcome, Site};
+use crate::site::LENGTH_FACTOR;
+use crate::{Batch, Feedback, Kinetics, KineticsError, Outcome, Site};
 use rumple_numerics::num::Short;
 
 /// A given derivative further from the slopes than this share of their size is wrong.
@@ -28,11 +29,19 @@ const NOISE: f64 = 1e-7;
 /// Two ways to the same number may differ by this share of the greatest one.
 pub(super) const ROUND_OFF: f64 = 1e-9;
 
+/// What is differentiated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Output {
+    /// Of this species.
+    Rate(usize),
+    LengthFactor,
+    Feedback(Feedback),
+}
+
 /// A wrong derivative.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Wrong {
-    /// Number of the output column; `None` for the length factor.
-    species: Option<usize>,
+    output: Output,
     input: usize,
     pub(super) point: usize,
     given: f64,
@@ -48,11 +57,11 @@ impl Wrong {
     ) -> String {
         let descriptor = kinetics.descriptor();
         let name = |input: usize| descriptor.input_names().nth(input).unwrap_or("?").to_owned();
-        let of = match self.species {
-            Some(species) => format!("the rate of species {}", name(species)),
-            None => "the length factor".to_owned(),
+        let (call, of) = match self.output {
+            Output::Rate(s) => ("rate_partials", format!("the rate of species {}", name(s))),
+            Output::LengthFactor => ("length_factor_partials", LENGTH_FACTOR.to_owned()),
+            Output::Feedback(which) => (which.partials_name(), which.describe().to_owned()),
         };
-        let call = if self.species.is_some() { "rate_partials" } else { "length_factor_partials" };
         let site = Site { point, ..Site::of(batch, descriptor, &descriptor.signals, self.point) };
         format!(
             "{} gives {} in {call} for the derivative by {} of {of} at {site}, where differences \
@@ -84,7 +93,7 @@ impl Compared {
         given: &[f64],
         sides: &[&[[f64; SCALES]]; 2],
         scale: impl Fn(usize) -> f64,
-        (species, input): (Option<usize>, usize),
+        (output, input): (Output, usize),
     ) {
         for (point, &given) in given.iter().enumerate() {
             let (scale, slopes) = (scale(point), sides.map(|side| Slopes(side[point])));
@@ -103,7 +112,7 @@ impl Compared {
             if self.wrong.is_none() || fault > self.error {
                 let difference = best(slopes, scale);
                 self.error = fault;
-                self.wrong = Some(Wrong { species, input, point, given, difference });
+                self.wrong = Some(Wrong { output, input, point, given, difference });
             }
         }
     }
@@ -181,7 +190,7 @@ fn compare(
     ranges: &[Range],
     values: &Columns,
     given: &Columns,
-    number: impl Fn(usize) -> Option<usize>,
+    name: impl Fn(usize) -> Output,
     law: impl Fn(&Batch<'_>, &mut [&mut [f64]]) -> Outcome,
 ) -> Result<Compared, KineticsError> {
     let mut found = Compared::default();
@@ -194,7 +203,7 @@ fn compare(
             let sides = [&sides[0][of.clone()], &sides[1][of]];
             let scale = |point: usize| values.column(output)[point].abs() / range.typical;
             let column = given.column(output * ranges.len() + input);
-            found.look(column, &sides, scale, (number(output), input));
+            found.look(column, &sides, scale, (name(output), input));
         }
     }
     Ok(found)
@@ -228,7 +237,7 @@ pub(super) fn rates(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Compar
         }
     }
     let law = |batch: &Batch<'_>, values: &mut [&mut [f64]]| kinetics.rates(batch, values);
-    compare(batch, &differences::ranges(kinetics), &rates, &given, Some, law)
+    compare(batch, &differences::ranges(kinetics), &rates, &given, Output::Rate, law)
 }
 
 /// Compares the derivatives of the length factor.
@@ -247,5 +256,25 @@ pub(super) fn length_factor(
         kinetics.length_factor_partials(batch, factor, &mut given.slices_mut())?;
     }
     let ranges = differences::ranges(kinetics);
-    compare(batch, &ranges[..species], &factor, &given, |_| None, law)
+    compare(batch, &ranges[..species], &factor, &given, |_| Output::LengthFactor, law)
+}
+
+/// Compares the derivatives of a quantity of [`Feedback`].
+pub(super) fn feedback(
+    kinetics: &dyn Kinetics,
+    which: Feedback,
+    batch: &Batch<'_>,
+) -> Result<Compared, KineticsError> {
+    let species = kinetics.descriptor().species.len();
+    let mut found = Columns::new(1, batch.count);
+    let mut given = Columns::new(species, batch.count);
+    let law = |batch: &Batch<'_>, values: &mut [&mut [f64]]| match values {
+        [values] => kinetics.feedback(which, batch, values),
+        _ => Ok(None),
+    };
+    if let [values] = &mut found.slices_mut()[..] {
+        kinetics.feedback_partials(which, batch, values, &mut given.slices_mut())?;
+    }
+    let ranges = differences::ranges(kinetics);
+    compare(batch, &ranges[..species], &found, &given, |_| Output::Feedback(which), law)
 }

@@ -16,7 +16,7 @@ pub use sample::Samples;
 pub use validate::{Finding, Made, Make, Verdict, rates_in_order, validate};
 
 use super::field::{self, Columns};
-use super::{Batch, Kinetics, KineticsError};
+use super::{Batch, Feedback, Kinetics, KineticsError};
 
 /// Points at which a trial compares derivatives with differences.
 const TRIAL_POINTS: usize = 64;
@@ -67,6 +67,10 @@ pub fn trial(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Vec<String>, 
         if given.length_factor_partials {
             let part = Batch { signals: &[], ..part };
             wrong.extend(derivatives::length_factor(kinetics, &part)?.wrong);
+        }
+        for which in Feedback::ALL.into_iter().filter(|which| which.is_given(&given)) {
+            let part = Batch { signals: &[], ..part };
+            wrong.extend(derivatives::feedback(kinetics, which, &part)?.wrong);
         }
         notes.extend(wrong.iter().map(|wrong| {
             let point = batch.first + picked[wrong.point];

@@ -1,7 +1,7 @@
 //! Whether a law writes all of its outputs, and nothing beside them.
 
 use crate::batch::UNTOUCHED;
-use crate::{Batch, Kinetics, KineticsError, Outcome};
+use crate::{Batch, Feedback, Kinetics, KineticsError, Outcome};
 
 /// Numbers around every output that must stay as they are.
 const MARGIN: usize = 64;
@@ -25,6 +25,14 @@ pub(super) fn check(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<(), Ki
         look(kinetics, "length_factor_partials", still, 1 + species, |out| {
             let (values, partials) = out.split_at_mut(1);
             kinetics.length_factor_partials(still, values[0], partials)
+        })?;
+    }
+    for which in Feedback::ALL.into_iter().filter(|which| which.is_given(&d.capabilities)) {
+        let (call, with_partials) = (which.name(), which.partials_name());
+        look(kinetics, call, still, 1, |out| kinetics.feedback(which, still, out[0]))?;
+        look(kinetics, with_partials, still, 1 + species, |out| {
+            let (values, partials) = out.split_at_mut(1);
+            kinetics.feedback_partials(which, still, values[0], partials)
         })?;
     }
     Ok(())

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{Samples, derivatives, determinism, edge_cases, other, output_coverage, rates, soak};
 use crate::field::{self, Columns};
-use crate::{Batch, Kinetics, KineticsError, Site};
+use crate::{Batch, Feedback, Kinetics, KineticsError, Site};
 
 /// Sampled points.
 const POINTS: usize = 4096;
@@ -74,6 +74,17 @@ pub fn validate(
         samples.with(false, |batch| field::length_factor(kinetics, batch, &mut factor))?;
         good(points.clone())
     });
+    for which in Feedback::ALL.into_iter().filter(|which| which.is_given(&given)) {
+        let check = match which {
+            Feedback::Curvature => "finite spontaneous curvature",
+            Feedback::FactorAcross => "finite, positive length factor across",
+        };
+        run(check, &|| {
+            let mut values = vec![0.0; POINTS];
+            samples.with(false, |batch| field::feedback(kinetics, which, batch, &mut values))?;
+            good(points.clone())
+        });
+    }
     run("same inputs, same outputs", &|| {
         samples.with(true, |batch| determinism::same_twice(kinetics, batch))?;
         few.with(true, |batch| determinism::one_by_one(kinetics, batch))?;
@@ -139,9 +150,15 @@ pub fn rates_in_order(
 fn wrong_derivatives(kinetics: &dyn Kinetics, samples: &Samples) -> Check {
     let given = kinetics.descriptor().capabilities;
     let (mut what, mut unbounded) = (Vec::new(), String::new());
-    let parts: [(bool, &str, Compare); 2] = [
+    let parts: [(bool, &str, Compare); 4] = [
         (given.rate_partials, "rates", derivatives::rates),
         (given.length_factor_partials, "length factor", derivatives::length_factor),
+        (given.curvature, "spontaneous curvature", |kinetics, batch| {
+            derivatives::feedback(kinetics, Feedback::Curvature, batch)
+        }),
+        (given.length_factor_across, "length factor across", |kinetics, batch| {
+            derivatives::feedback(kinetics, Feedback::FactorAcross, batch)
+        }),
     ];
     for (number, (_, name, compare)) in parts.iter().enumerate().filter(|(_, part)| part.0) {
         let outcome = samples.with(number == 0, |batch| {

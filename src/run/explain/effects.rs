@@ -215,6 +215,12 @@ pub(super) fn laws(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
             "because the law gives one: evaluated at every edge whenever species have changed";
         lines.push(Line::new(what, why).at(scene, &path));
     }
+    if d.capabilities.curvature {
+        let what = "spontaneous curvature: bending follows the species";
+        let why =
+            "because the law gives one: evaluated at every vertex whenever species have changed";
+        lines.push(Line::new(what, why).at(scene, &path));
+    }
     let slopes = scene.time.integrator.uses_jacobian() && model.moves();
     for signal in chemistry.signals().wanted() {
         let with = if slopes && *signal != crate::kinetics::Signal::Time {

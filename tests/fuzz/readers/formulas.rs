@@ -65,6 +65,7 @@ fn law(bytes: &[u8]) -> bool {
         lets: Vec::new(),
         rates: Vec::new(),
         length_factor: None,
+        feedback: Vec::new(),
         observables: Vec::new(),
     };
     for line in text.lines() {

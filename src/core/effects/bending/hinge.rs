@@ -14,7 +14,7 @@
 //! which uniform growth keeps: the sheet then rests as the same shape, enlarged. The spontaneous curvature C₀
 //! (1/length, the mean of its values at the ends of the edge) enters the energy linearly as
 //! `-B C₀ Σ l̄ ψ`, and `Σ l θ` is Steiner's `∫ 2H dA` on every mesh: so C₀ is that of Helfrich's `(2H - C₀)²`,
-//! H > 0 on a bump towards the normals. β is what the angles have flowed by ([`remodelling`](super::remodelling)), 0 where
+//! H > 0 on a bump towards the normals. That of a law is added. β is what the angles have flowed by ([`remodelling`](super::remodelling)), 0 where
 //! they do not.
 //!
 //! Where B differs from triangle to triangle, an edge has the mean of its two, weighted by their rest areas.
@@ -54,7 +54,7 @@
 //! Cohen-Steiner & Morvan, doi:10.1145/777792.777839. Not covered: spontaneous curvature with a direction.
 
 use super::remodelling::FLOWED;
-use super::rest::{Curved, Flat, RestAngle, RestShape};
+use super::rest::{Curved, Flat, RestAngle, RestShape, SPONTANEOUS_CURVATURE};
 use crate::Vec3;
 use crate::effects::element::{self, Element, Mesh};
 use crate::effects::material::at_edges;
@@ -252,6 +252,8 @@ pub struct HingeWork<R> {
     hinge: Vec<Hinge<R>>,
     pull: Vec<[Vec3; 4]>,
     places: LazyStencils,
+    /// C₀ of every hinge that the law gives; empty without.
+    law: Vec<f64>,
 }
 
 impl HingeBending {
@@ -289,9 +291,9 @@ impl<R: RestAngle> HingeBending<R> {
     }
 
     /// `B C₀ ∂ψ` of hinge `h`.
-    fn by_spontaneous(&self, h: usize, x: &[Vec3; 4]) -> [Vec3; 4] {
+    fn by_spontaneous(&self, h: usize, curvature: f64, x: &[Vec3; 4]) -> [Vec3; 4] {
         let (wings, psi) = Hinge::state(x);
-        let moment = self.rigidity.at(h) * R::spontaneous(&self.rest, h) * (1.0 + 0.25 * psi * psi);
+        let moment = self.rigidity.at(h) * curvature * (1.0 + 0.25 * psi * psi);
         Hinge::angle_gradient(&wings).map(|g| moment * g)
     }
 }
@@ -310,14 +312,26 @@ impl<R: RestAngle> Energy for HingeBending<R> {
     fn prepare(&self, conditions: &Conditions<'_>, work: &mut Self::Work) {
         let (sheet, metric) = (conditions.sheet, conditions.metric);
         let (length, area) = (metric.length(), metric.weight_area());
-        let Self { edge, rigidity, rest, .. } = self;
+        let Self { edge, rigidity, rest, corners, .. } = self;
         let flowed = conditions.internal(FLOWED).filter(|_| R::flows(rest));
+        let law = conditions.internal(SPONTANEOUS_CURVATURE).filter(|_| R::follows_law(rest));
+        work.law.resize(law.map_or(0, |_| edge.len()), 0.0);
+        if let Some(at) = law {
+            parallel::fill(&mut work.law, |h| {
+                let [a, b, ..] = corners[h];
+                0.5 * (at[a as usize] + at[b as usize])
+            });
+        }
+        let law = &work.law;
         work.hinge.resize(edge.len(), Hinge::default());
         parallel::fill(&mut work.hinge, |h| {
             let e = edge[h] as usize;
             let [first, second] = sheet.edges()[e].triangles.map(|t| area[t as usize]);
             let stiffness = rigidity.at(h) * length[e] * length[e] / (first + second);
-            let flowed = flowed.map_or(0.0, |flowed| flowed[e]);
+            let mut flowed = flowed.map_or(0.0, |flowed| flowed[e]);
+            if let Some(curvature) = law.get(h) {
+                flowed += curvature * (first + second) / length[e];
+            }
             Hinge { stiffness, rest: R::at(rest, h, length[e], first + second, flowed) }
         });
     }
@@ -353,7 +367,9 @@ impl<R: RestAngle> Energy for HingeBending<R> {
             let length = metric.length()[e];
             by(e, 2.0 / length, &pull);
             // … but for -B C₀ l̄ ψ, which knows no areas.
-            let bent = R::CURVED.then(|| self.by_spontaneous(h, &corners.map(|v| shape.x[v])));
+            let curvature = R::spontaneous(&self.rest, h) + work.law.get(h).copied().unwrap_or(0.0);
+            let bent =
+                R::CURVED.then(|| self.by_spontaneous(h, curvature, &corners.map(|v| shape.x[v])));
             if let Some(bent) = &bent {
                 by(e, 1.0, bent);
             }
@@ -366,6 +382,28 @@ impl<R: RestAngle> Energy for HingeBending<R> {
                     if let Some(bent) = &bent {
                         by(f as usize, -slope * length / area, bent);
                     }
+                }
+            }
+        }
+    }
+
+    /// `-B l̄ ∂ψ` for the C₀ of a hinge, half of it for that of either end.
+    fn curvature_derivatives(
+        &self,
+        shape: &Shape<'_>,
+        _: &mut Self::Work,
+        emit: &mut dyn FnMut(usize, usize, Vec3),
+    ) {
+        if !R::follows_law(&self.rest) {
+            return;
+        }
+        let length = shape.metric.length();
+        for (h, corners) in self.corners.iter().enumerate() {
+            let half = -0.5 * length[self.edge[h] as usize];
+            let by = self.by_spontaneous(h, half, &corners.map(|v| shape.x[v as usize]));
+            for (v, by) in corners.iter().zip(by) {
+                for end in &corners[..2] {
+                    emit(*v as usize, *end as usize, by);
                 }
             }
         }

@@ -11,7 +11,7 @@
 //! With `W = A` the Gaussian part is, by Gauss-Bonnet, a boundary term that only the triangles at
 //! the boundary feel: `-B(1-ν) Σ_interior (2π - Σθ) = -B(1-ν) [2πχ - Σ_boundary (π - Σθ)]`.
 //!
-//! Where B differs from triangle to triangle, a vertex has the mean over its triangles, weighted by rest areas. The Gaussian
+//! Where B or B(1-ν) differs from triangle to triangle, a vertex has the mean over its triangles, weighted by rest areas. The Gaussian
 //! part is then summed over the interior vertices.
 //!
 //! **Gradient.** Let `g_i = ∂U/∂L_i`, `a_i = ∂U/∂A_i`, `s_i = ∂U/∂(Σθ)_i`. One triangle contributes
@@ -97,8 +97,14 @@ impl MeyerBending {
     ) -> Self {
         let material = material.into();
         let rigidity = at_vertices(&material.bending_rigidity(), sheet);
+        let gaussian = match material.poisson {
+            Values::Same(poisson) => rigidity.map(|rigidity| rigidity * (1.0 - poisson)),
+            Values::Each(_) => {
+                at_vertices(&material.each(|m| m.bending_rigidity() * (1.0 - m.poisson)), sheet)
+            }
+        };
         Self {
-            gaussian: rigidity.map(|rigidity| rigidity * (1.0 - material.poisson)),
+            gaussian,
             rigidity,
             weight,
             area: VertexArea::new(sheet, area),
@@ -232,6 +238,17 @@ impl Energy for MeyerBending {
     ) {
         if let Some(curved) = &self.curved {
             curved.metric_derivatives(self, shape, work, emit);
+        }
+    }
+
+    fn curvature_derivatives(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Self::Work,
+        emit: &mut dyn FnMut(usize, usize, Vec3),
+    ) {
+        if let Some(curved) = &self.curved {
+            curved.curvature_derivatives(self, shape, work, emit);
         }
     }
 

@@ -7,7 +7,7 @@ mod rest;
 
 pub use hinge::HingeBending;
 pub use meyer::MeyerBending;
-pub use rest::{Rest, RestShape};
+pub use rest::{Rest, RestShape, SPONTANEOUS_CURVATURE};
 
 use remodelling::AngleRemodelling;
 
@@ -132,34 +132,8 @@ impl EffectSpec for Bending {
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
-        if let Some(key) = self.misplaced {
-            if self.model == BendingModel::Meyer {
-                return Err(misplaced(
-                    key,
-                    "meyer",
-                    "has curvatures at vertices and no rest angles",
-                    "hinge",
-                ));
-            }
-            return Err(misplaced(
-                key,
-                "hinge",
-                "weights its edges by optimal lengths and areas",
-                "meyer",
-            ));
-        }
+        self.check(context)?;
         let (sheet, material) = (context.sheet, context.elasticity()?);
-        if self.weight == BendingWeight::Paper {
-            let curved =
-                [(self.rest != Rest::Flat, "rest"), (self.curvature.is_some(), "curvature")];
-            if let Some((_, key)) = curved.into_iter().find(|(given, _)| *given) {
-                return Err(EffectError {
-                    key,
-                    message: "weight = \"paper\" is the sum as printed, of a sheet that rests in the plane".into(),
-                    help: Some(format!("leave {key} out, or choose weight = \"area\"")),
-                });
-            }
-        }
         let rest = RestShape::read(&self.rest, self.curvature.as_ref(), context)?;
         if let Some(flow) = &self.remodelling {
             let rest = RestShape { flows: true, ..rest.unwrap_or_default() };
@@ -179,6 +153,49 @@ impl EffectSpec for Bending {
                 Effect::energy(HingeBending::with_rest(sheet, material, &rest))
             }
         })
+    }
+}
+
+impl Bending {
+    /// Refuses keys that do not go together, or with the law.
+    fn check(&self, context: &EffectContext<'_>) -> Result<(), EffectError> {
+        if let Some(key) = self.misplaced {
+            let meyer = self.model == BendingModel::Meyer;
+            let reason = "has curvatures at vertices and no rest angles";
+            return Err(match meyer {
+                true => misplaced(key, "meyer", reason, "hinge"),
+                false => misplaced(
+                    key,
+                    "hinge",
+                    "weights its edges by optimal lengths and areas",
+                    "meyer",
+                ),
+            });
+        }
+        let refuse = |key, message: &str, help: String| {
+            Err(EffectError { key, message: message.into(), help: Some(help) })
+        };
+        let law = RestShape::follows_law(context);
+        if self.weight == BendingWeight::Paper {
+            let printed =
+                "weight = \"paper\" is the sum as printed, of a sheet that rests in the plane";
+            let curved =
+                [(self.rest != Rest::Flat, "rest"), (self.curvature.is_some(), "curvature")];
+            if let Some((_, key)) = curved.into_iter().find(|(given, _)| *given) {
+                let help = format!("leave {key} out, or choose weight = \"area\"");
+                return refuse(key, printed, help);
+            }
+            if law {
+                let help = "the law gives a spontaneous curvature: choose weight = \"area\"";
+                return refuse("weight", printed, help.into());
+            }
+        }
+        if law && self.remodelling.is_some() {
+            let message = "rest angles that flow do not read the spontaneous curvature of the law";
+            let help = "leave out remodelling, or curvature of [kinetics]";
+            return refuse("remodelling", message, help.into());
+        }
+        Ok(())
     }
 }
 

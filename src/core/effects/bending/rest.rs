@@ -12,6 +12,8 @@
 //! curvature across is free too, the sheet becomes a piece of a sphere of the radius (1+ν)/C₀. A sheet whose
 //! curvatures are c in both directions if it is cut into small pieces has `C₀ = (1+ν) c`.
 //!
+//! A law may give a C₀ of its own, `curvature` of `[kinetics]`, a function of the species at the vertices: it is added.
+//!
 //! Rest angles may flow ([`Remodelling`](super::remodelling)): what they have flowed by is added to them.
 //!
 //! Lengths are at rest as the mesh has them, whatever the rest shape of bending is.
@@ -46,11 +48,28 @@ pub struct RestShape {
     pub(super) positions: Option<Vec<Vec3>>,
     /// C₀ of all vertices, 1/length; none for 0.
     pub(super) spontaneous: Option<Vec<f64>>,
+    /// Whether the C₀ that the law gives is added.
+    pub(super) follows_law: bool,
     /// Whether its angles flow.
     pub(super) flows: bool,
 }
 
+/// What the C₀ that a law gives all vertices is called among the
+/// [conditions](crate::geometry::Conditions::internal) of an energy.
+pub const SPONTANEOUS_CURVATURE: &str = "spontaneous_curvature";
+
 impl RestShape {
+    /// The same, to which the spontaneous curvature that the law gives is added.
+    #[must_use]
+    pub fn following_law(self) -> Self {
+        Self { follows_law: true, ..self }
+    }
+
+    /// Whether there is a law that gives a spontaneous curvature.
+    pub(super) fn follows_law(context: &EffectContext<'_>) -> bool {
+        context.kinetics.is_some_and(|(law, _)| law.capabilities.curvature)
+    }
+
     /// Unbent at these positions of the vertices.
     #[must_use]
     pub fn at(positions: &[Vec3]) -> Self {
@@ -77,8 +96,9 @@ impl RestShape {
             Values::Same(value) => vec![value; sheet.vertex_count()],
             Values::Each(all) => all,
         });
-        let made = Self { positions, spontaneous, flows: false };
-        let flat = made.positions.is_none() && made.spontaneous.is_none();
+        let follows_law = Self::follows_law(context);
+        let made = Self { positions, spontaneous, follows_law, flows: false };
+        let flat = made.positions.is_none() && made.spontaneous.is_none() && !follows_law;
         Ok((!flat).then_some(made))
     }
 
@@ -94,6 +114,7 @@ impl RestShape {
         RestAngles {
             angle: self.positions.as_ref().map(angle).unwrap_or_default(),
             spontaneous: self.spontaneous.as_ref().map(mean).unwrap_or_default(),
+            follows_law: self.follows_law,
             flows: self.flows,
         }
     }
@@ -162,6 +183,9 @@ pub trait RestAngle: std::fmt::Debug + Copy + Default + Send + Sync + 'static {
     /// Whether it flows.
     fn flows(of: &Self::Of) -> bool;
 
+    /// Whether the C₀ that the law gives is added.
+    fn follows_law(of: &Self::Of) -> bool;
+
     /// C₀ at hinge `h`, 1/length.
     fn spontaneous(of: &Self::Of, h: usize) -> f64;
 
@@ -182,6 +206,10 @@ impl RestAngle for Flat {
     }
 
     fn flows((): &()) -> bool {
+        false
+    }
+
+    fn follows_law((): &()) -> bool {
         false
     }
 
@@ -206,6 +234,7 @@ pub struct RestAngles {
     angle: Vec<f64>,
     /// C₀, 1/length.
     spontaneous: Vec<f64>,
+    follows_law: bool,
     flows: bool,
 }
 
@@ -220,6 +249,10 @@ impl RestAngle for Curved {
 
     fn flows(of: &RestAngles) -> bool {
         of.flows
+    }
+
+    fn follows_law(of: &RestAngles) -> bool {
+        of.follows_law
     }
 
     fn spontaneous(of: &RestAngles, h: usize) -> f64 {

@@ -239,7 +239,8 @@ impl Principal {
 pub struct StvkStretching {
     /// Y₂ of the triangles.
     modulus: Values,
-    poisson: f64,
+    /// ν of the triangles.
+    poisson: Values,
 }
 
 /// Memory of evaluations.
@@ -280,12 +281,12 @@ impl Energy for StvkStretching {
         let metric = conditions.metric;
         let (optimal, rest) = (metric.length(), metric.reference_length());
         let edges = conditions.sheet.triangle_edges();
-        let (modulus, poisson) = (&self.modulus, self.poisson);
+        let (modulus, poisson) = (&self.modulus, &self.poisson);
         let empty = Membrane { square: Vector3::zeros(), form: Matrix3::zeros() };
         work.membrane.resize(edges.len(), empty);
         parallel::fill(&mut work.membrane, |t| {
             let of = |length: &[f64]| edges[t].map(|e| length[e as usize]);
-            Membrane::new(of(optimal), of(rest), modulus.at(t), poisson)
+            Membrane::new(of(optimal), of(rest), modulus.at(t), poisson.at(t))
         });
     }
 
@@ -325,7 +326,7 @@ impl Energy for StvkStretching {
             let (e, _, q) = membrane.state(&shape.corners(t));
             let given = Vector3::from(edges.map(|e| optimal[e] * optimal[e]));
             let possible = possible_slopes(&given, edges.map(|e| rest[e] * rest[e]));
-            let material = (self.modulus.at(t), self.poisson);
+            let material = (self.modulus.at(t), self.poisson.at(t));
             let slopes = slopes(&membrane.square, &membrane.form, &q, material) * possible;
             for (f, edge) in edges.into_iter().enumerate() {
                 let s = (2.0 * optimal[edge]) * slopes.column(f);

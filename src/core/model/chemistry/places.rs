@@ -8,7 +8,7 @@ use crate::parallel;
 use crate::sheet::Sheet;
 
 /// Values at vertices, of values where species live.
-pub(super) fn at_vertices(
+pub(in crate::model) fn at_vertices(
     sheet: &Sheet,
     average: Option<&FaceVertexAverage>,
     values: &[f64],
@@ -20,7 +20,7 @@ pub(super) fn at_vertices(
 }
 
 /// Means of the two ends of every edge.
-pub(super) fn edge_means(sheet: &Sheet, at_vertices: &[f64]) -> Vec<f64> {
+pub(in crate::model) fn edge_means(sheet: &Sheet, at_vertices: &[f64]) -> Vec<f64> {
     let edges = sheet.edges();
     let mut mean = vec![0.0; edges.len()];
     parallel::fill(&mut mean, |e| {

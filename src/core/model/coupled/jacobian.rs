@@ -1,17 +1,20 @@
 //! ∂F/∂y of the coupled system, assembled from what effects, signals and kinetics know.
 //!
-//! Optimal lengths l̄ stand between chemistry and shape, so the Jacobian is a sum and a product:
+//! Optimal lengths l̄ and the spontaneous curvatures C₀ of laws stand between chemistry and shape, so the Jacobian is a sum
+//! and a product, with q = (l̄ of the edges, C₀ of the vertices):
 //!
 //! ```text
-//! ∂F/∂y = ∂F/∂y|_l̄ + (∂F/∂l̄) (∂l̄/∂y)
+//! ∂F/∂y = ∂F/∂y|_q + (∂F/∂q) (∂q/∂y)
 //!
 //! ∂F_x/∂x|_l̄ = -H                        ∂F_x/∂l̄ = -∂²U/∂x∂l̄
 //! ∂F_c/∂x|_l̄ = ∂R/∂s ∂s/∂x + D ∂(Δ_x c)/∂x    ∂F_c/∂l̄ = ∂R/∂s ∂s/∂l̄
 //! ∂F_c/∂c|_l̄ = ∂R/∂c + D Δ_x             ∂l̄_e/∂c = l⁰_e Φ'(c_e) ∂c_e/∂c
+//!
+//! ∂F_x/∂C₀ = -∂²U/∂x∂C₀                   ∂C₀_v/∂c = C₀'(c_v) ∂c_v/∂c
 //! ```
 //!
-//! `c_e` is the mean of the ends of a bond; species on faces are carried there by averages that
-//! depend on x, so that then ∂l̄/∂x is there too.
+//! `c_e` is the mean of the ends of a bond; species on faces are carried to vertices by averages that
+//! depend on x, so that then ∂q/∂x is there too.
 
 use std::ops::Range;
 
@@ -42,11 +45,11 @@ pub(super) struct Jacobian {
 
 struct Sums {
     direct: Assembly,
-    lengths: Option<Lengths>,
+    through: Option<Through>,
 }
 
-/// What goes through the optimal lengths.
-struct Lengths {
+/// What goes through optimal lengths and spontaneous curvatures.
+struct Through {
     of_residual: Assembly,
     of_unknowns: Assembly,
     total: SumOfProduct,
@@ -70,6 +73,8 @@ struct Values<'a> {
     chemistry: Option<(&'a Chemistry, Columns)>,
     /// ∂Φ/∂c at the edges, times the factor of other growth.
     factor_slopes: Option<Vec<Vec<f64>>>,
+    /// ∂C₀/∂c at the vertices.
+    curvature_slopes: Option<Vec<Vec<f64>>>,
 }
 
 /// ∂Φ/∂c at the edges, times the factors of other growth and of remodelling; none where no law has a length factor.
@@ -95,21 +100,23 @@ fn factor_slopes(
 }
 
 impl Sums {
-    /// Adds what goes through the optimal lengths.
-    fn fill_lengths(&mut self, potential: &mut Potential, at: &Values<'_>) {
-        let (n, edges) = (at.layout.unknowns(), potential.sheet().edges().len());
-        let Self { direct, lengths } = self;
-        let Lengths { of_residual, of_unknowns, total } = lengths.get_or_insert_with(|| {
+    /// Adds what goes through optimal lengths and spontaneous curvatures.
+    fn fill_through(&mut self, potential: &mut Potential, at: &Values<'_>) {
+        let n = at.layout.unknowns();
+        let curved = at.curvature_slopes.as_ref().map_or(0, |_| potential.sheet().vertex_count());
+        let middle = potential.sheet().edges().len() + curved;
+        let Self { direct, through } = self;
+        let Through { of_residual, of_unknowns, total } = through.get_or_insert_with(|| {
             let of_residual =
-                Assembly::new(n, edges, |entries| residual_by_lengths(potential, at, entries));
+                Assembly::new(n, middle, |entries| residual_by_middle(potential, at, entries));
             let of_unknowns =
-                Assembly::new(edges, n, |entries| lengths_by_unknowns(potential, at, entries));
+                Assembly::new(middle, n, |entries| middle_by_unknowns(potential, at, entries));
             let total =
                 SumOfProduct::new(direct.matrix(), of_residual.matrix(), of_unknowns.matrix());
-            Lengths { of_residual, of_unknowns, total }
+            Through { of_residual, of_unknowns, total }
         });
-        of_residual.fill(|entries| residual_by_lengths(potential, at, entries));
-        of_unknowns.fill(|entries| lengths_by_unknowns(potential, at, entries));
+        of_residual.fill(|entries| residual_by_middle(potential, at, entries));
+        of_unknowns.fill(|entries| middle_by_unknowns(potential, at, entries));
         total.fill(direct.matrix(), of_residual.matrix(), of_unknowns.matrix());
     }
 }
@@ -156,8 +163,15 @@ impl Jacobian {
             potential.hessian(&state.x, HessianPart::Full, hessian)?;
         }
         let hessian = self.hessian.as_ref();
-        let mut at =
-            Values { layout, state, surface, hessian, chemistry: None, factor_slopes: None };
+        let mut at = Values {
+            layout,
+            state,
+            surface,
+            hessian,
+            chemistry: None,
+            factor_slopes: None,
+            curvature_slopes: None,
+        };
         // Lengths that nothing feels need no derivatives.
         let lengths = |chemistry: &Chemistry| {
             layout.mechanical() > 0 || potential.is_some() && chemistry.reads_strain()
@@ -167,6 +181,10 @@ impl Jacobian {
             at.chemistry = Some((chemistry, chemistry.reaction_partials(&c, signals)?));
             if lengths(chemistry) {
                 at.factor_slopes = factor_slopes(model, chemistry, surface, state)?;
+            }
+            if layout.mechanical() > 0 {
+                let (sheet, species) = (model.sheet(), &state.species);
+                at.curvature_slopes = chemistry.curvature_slopes(sheet, surface, species)?;
             }
         }
         let n = layout.unknowns();
@@ -184,25 +202,26 @@ impl Jacobian {
             others(potential.as_deref(), model, &at, entries);
         };
         // What goes through lengths is added to rows in their own order.
-        let in_strips = self.in_strips && parts.is_empty() && at.factor_slopes.is_none();
+        let through = at.factor_slopes.is_some() || at.curvature_slopes.is_some();
+        let in_strips = self.in_strips && parts.is_empty() && !through;
         let sums = self.sums.get_or_insert_with(|| Sums {
             direct: match in_strips {
                 true => Assembly::for_incomplete_factor(n, others),
                 false => Assembly::in_parts(n, n, &parts, others),
             },
-            lengths: None,
+            through: None,
         });
         sums.direct.fill_in_parts(&parts, others);
         drop(parts);
-        if let (Some(_), Some(potential)) = (&at.factor_slopes, potential) {
-            sums.fill_lengths(potential, &at);
+        if let Some(potential) = potential.filter(|_| through) {
+            sums.fill_through(potential, &at);
         }
         Ok(())
     }
 
     pub(super) fn matrix(&self) -> &Sparse {
         match &self.sums {
-            Some(Sums { lengths: Some(lengths), .. }) => lengths.total.matrix(),
+            Some(Sums { through: Some(through), .. }) => through.total.matrix(),
             Some(Sums { direct, .. }) => direct.matrix(),
             None => &self.nothing,
         }
@@ -210,7 +229,7 @@ impl Jacobian {
 
     pub(super) fn matrix_mut(&mut self) -> &mut Sparse {
         match &mut self.sums {
-            Some(Sums { lengths: Some(lengths), .. }) => lengths.total.matrix_mut(),
+            Some(Sums { through: Some(through), .. }) => through.total.matrix_mut(),
             Some(Sums { direct, .. }) => direct.matrix_mut(),
             None => &mut self.nothing,
         }
@@ -359,17 +378,27 @@ impl Derivatives for BySignals<'_, '_, '_> {
     }
 }
 
-/// ∂F/∂l̄.
-fn residual_by_lengths(potential: &mut Potential, at: &Values<'_>, entries: &mut Entries<'_>) {
+/// ∂F/∂q.
+fn residual_by_middle(potential: &mut Potential, at: &Values<'_>, entries: &mut Entries<'_>) {
     let layout = at.layout;
-    if layout.mechanical() > 0 {
-        potential.metric_derivatives(&at.state.x, &mut |vertex, edge, by| {
-            for axis in 0..3 {
-                if let Some(row) = layout.displacement(vertex, axis) {
-                    entries.add(row, edge, -by[axis]);
-                }
+    let edges = potential.sheet().edges().len();
+    let mut add = |vertex: usize, column: usize, by: Vec3| {
+        for axis in 0..3 {
+            if let Some(row) = layout.displacement(vertex, axis) {
+                entries.add(row, column, -by[axis]);
             }
+        }
+    };
+    if at.curvature_slopes.is_some() {
+        potential.curvature_derivatives(&at.state.x, &mut |vertex, v, by| {
+            add(vertex, edges + v, by);
         });
+    }
+    if at.factor_slopes.is_none() {
+        return;
+    }
+    if layout.mechanical() > 0 {
+        potential.metric_derivatives(&at.state.x, &mut add);
     }
     let Some((chemistry, partials)) = &at.chemistry else { return };
     let (inputs, held) = (chemistry.descriptor().inputs(), chemistry.held());
@@ -377,27 +406,44 @@ fn residual_by_lengths(potential: &mut Potential, at: &Values<'_>, entries: &mut
     chemistry.signals().derivatives(&potential.shape(&at.state.x), &mut sink);
 }
 
-/// ∂l̄/∂y.
-fn lengths_by_unknowns(potential: &Potential, at: &Values<'_>, entries: &mut Entries<'_>) {
-    let Some(slopes) = &at.factor_slopes else { return };
-    let (layout, sheet) = (at.layout, potential.sheet());
+/// ∂q/∂y.
+fn middle_by_unknowns(potential: &Potential, at: &Values<'_>, entries: &mut Entries<'_>) {
+    let sheet = potential.sheet();
     let reference = potential.metric().reference_length();
-    for (s, slope) in slopes.iter().enumerate() {
+    for (s, slope) in at.factor_slopes.iter().flatten().enumerate() {
         for (e, edge) in sheet.edges().iter().enumerate() {
             let by_end = 0.5 * reference[e] * slope[e];
             for v in edge.vertices {
-                Chemistry::sources_of_vertex(sheet, at.surface, v as usize, |point, share| {
-                    entries.add(e, layout.concentration(s, point), by_end * share);
-                });
-                if layout.mechanical() > 0
-                    && let Some(average) = &at.surface.average
-                {
-                    let c = &at.state.species[s];
-                    average.shape_derivatives(sheet, &at.state.x, c, v as usize, |m, by| {
-                        add_vector(layout, entries, e, m, by_end * by);
-                    });
-                }
+                by_vertex(potential, at, (e, s, v as usize), by_end, entries);
             }
         }
+    }
+    let edges = sheet.edges().len();
+    for (s, slope) in at.curvature_slopes.iter().flatten().enumerate() {
+        for (v, slope) in slope.iter().enumerate() {
+            by_vertex(potential, at, (edges + v, s, v), *slope, entries);
+        }
+    }
+}
+
+/// Adds to a row what changes by `slope` with species number s at a vertex.
+fn by_vertex(
+    potential: &Potential,
+    at: &Values<'_>,
+    (row, s, vertex): (usize, usize, usize),
+    slope: f64,
+    entries: &mut Entries<'_>,
+) {
+    let (layout, sheet) = (at.layout, potential.sheet());
+    Chemistry::sources_of_vertex(sheet, at.surface, vertex, |point, share| {
+        entries.add(row, layout.concentration(s, point), slope * share);
+    });
+    if layout.mechanical() > 0
+        && let Some(average) = &at.surface.average
+    {
+        let c = &at.state.species[s];
+        average.shape_derivatives(sheet, &at.state.x, c, vertex, |m, by| {
+            add_vector(layout, entries, row, m, slope * by);
+        });
     }
 }

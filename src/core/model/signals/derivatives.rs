@@ -166,10 +166,10 @@ impl Signals {
 
     /// The tension at a point over the mean strain there: the share of a triangle.
     fn tension_factor<'a>(&'a self, shape: &'a Shape<'_>) -> impl Fn(usize, usize) -> f64 + 'a {
-        let (modulus, poisson, location) = (&self.modulus, self.poisson, self.location);
+        let (modulus, areal, location) = (&self.modulus, &self.areal_modulus, self.location);
         let reading = self.reading;
         move |point, t| match (reading, location) {
-            (TensionReading::Trace, _) => modulus.at(t) / (1.0 - poisson),
+            (TensionReading::Trace, _) => areal.at(t),
             (TensionReading::Mean, _) => modulus.at(t),
             (TensionReading::Paper, Location::Face | Location::Edge) => 2.0 * modulus.at(t),
             (TensionReading::Paper, Location::Vertex) => {

@@ -10,7 +10,7 @@ use super::reply::{CallProblem, CreateRequest};
 use crate::descriptor::{Capabilities, Descriptor};
 use crate::library::column_counts::{ColumnCounts, check_columns};
 use crate::library::instance::keep_destroy_error;
-use crate::{Batch, Kinetics, KineticsError, Outcome};
+use crate::{Batch, Feedback, Kinetics, KineticsError, Outcome};
 
 /// The law of a plugin in a process of its own.
 #[derive(Debug)]
@@ -162,6 +162,29 @@ impl Kinetics for IsolatedKinetics {
         }
         let counts = ColumnCounts { signals: 0, values: 1, partials: self.species_count() };
         self.evaluate("length_factor_partials", counts, batch, &mut [factor], partials)
+    }
+
+    fn feedback(&self, which: Feedback, batch: &Batch<'_>, values: &mut [f64]) -> Outcome {
+        if !which.is_given(&self.capabilities()) {
+            values.fill(which.neutral());
+            return Ok(None);
+        }
+        let counts = ColumnCounts { signals: 0, values: 1, partials: 0 };
+        self.evaluate(which.name(), counts, batch, &mut [values], &mut [])
+    }
+
+    fn feedback_partials(
+        &self,
+        which: Feedback,
+        batch: &Batch<'_>,
+        values: &mut [f64],
+        partials: &mut [&mut [f64]],
+    ) -> Outcome {
+        if !which.is_given(&self.capabilities()) {
+            return crate::differences::feedback_partials(self, which, batch, values, partials);
+        }
+        let counts = ColumnCounts { signals: 0, values: 1, partials: self.species_count() };
+        self.evaluate(which.partials_name(), counts, batch, &mut [values], partials)
     }
 
     fn without_parameter_columns(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {

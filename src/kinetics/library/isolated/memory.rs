@@ -42,13 +42,17 @@ fn waiter(turn: u32) -> usize {
 }
 
 /// Calls by their numbers in a [`Head`].
-pub(super) const CALLS: [&str; 8] = [
+pub(super) const CALLS: [&str; 12] = [
     "loading",
     "create",
     "rates",
     "rate_partials",
     "length_factor",
     "length_factor_partials",
+    "curvature",
+    "curvature_partials",
+    "length_factor_across",
+    "length_factor_across_partials",
     "observe",
     "destroy",
 ];

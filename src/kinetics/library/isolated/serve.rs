@@ -16,7 +16,7 @@ use super::grown::Grown;
 use super::memory::{ANSWERED, ASKED, CALLS, LOCATIONS, Lane, Memory};
 use super::reply::{About, CallProblem, CreateRequest};
 use crate::batch::{Batch, Column, UNTOUCHED};
-use crate::{Kinetics, KineticsError, Outcome};
+use crate::{Feedback, Kinetics, KineticsError, Outcome};
 
 /// Bytes of stack of a thread: what the main one has elsewhere.
 const STACK: usize = 8 << 20;
@@ -263,6 +263,17 @@ fn dispatch(
     values: &mut [&mut [f64]],
     partials: &mut [&mut [f64]],
 ) -> Option<Outcome> {
+    let feedback = |name: fn(Feedback) -> &'static str| {
+        Feedback::ALL.into_iter().find(|which| name(*which) == call)
+    };
+    if let [out] = values {
+        if let Some(which) = feedback(Feedback::name) {
+            return Some(law.feedback(which, batch, out));
+        }
+        if let Some(which) = feedback(Feedback::partials_name) {
+            return Some(law.feedback_partials(which, batch, out, partials));
+        }
+    }
     Some(match (call, values) {
         ("rates", rates) => law.rates(batch, rates),
         ("rate_partials", rates) => law.rate_partials(batch, rates, partials),

@@ -44,8 +44,9 @@ use super::{MeyerBending, MeyerWork, VertexDerivatives};
 use crate::Vec3;
 use crate::effects::bending::HingeBending;
 use crate::effects::bending::hinge::HingeWork;
-use crate::effects::bending::rest::{Curved, RestShape};
-use crate::effects::{Elasticity, Energy};
+use crate::effects::bending::rest::{Curved, RestShape, SPONTANEOUS_CURVATURE};
+use crate::effects::material::at_vertices;
+use crate::effects::{Elasticity, Energy, Material, Values};
 use crate::geometry::{Conditions, Shape};
 use crate::num::real;
 use crate::parallel;
@@ -62,8 +63,10 @@ pub(super) struct CurvedRest {
     shaped: Option<Shaped>,
     /// C₀ of every vertex; empty for 0.
     spontaneous: Vec<f64>,
-    /// `1 - s`.
-    share: f64,
+    /// Whether the C₀ that the law gives is added.
+    follows_law: bool,
+    /// `1 - s` of every vertex.
+    share: Values,
 }
 
 #[derive(Debug)]
@@ -82,6 +85,8 @@ pub(super) struct CurvedWork {
     /// 2H of the rest shape, and the same over Φ; empty if it is flat.
     reference: Vec<f64>,
     mean: Vec<f64>,
+    /// C₀ that the law gives; empty without.
+    law: Vec<f64>,
     pub hinge: HingeWork<Curved>,
 }
 
@@ -115,15 +120,18 @@ impl Point {
 
 impl CurvedRest {
     pub(super) fn new(material: &Elasticity, sheet: &Sheet, rest: &RestShape) -> Self {
-        let share = SHARE * (1.0 - material.poisson);
-        let rigidity = || material.bending_rigidity().map(|rigidity| share * rigidity);
+        let share = |material: &Material| SHARE * (1.0 - material.poisson);
+        let rigidity = || material.each(|m| share(m) * m.bending_rigidity());
         let shaped = rest.positions.as_ref().map(|positions| Shaped {
             positions: positions.clone(),
             hinges: HingeBending::with_rigidity(sheet, &rigidity(), &RestShape::at(positions)),
         });
-        let left = if shaped.is_some() { 1.0 - share } else { 1.0 };
+        let left = match &shaped {
+            None => Values::Same(1.0),
+            Some(_) => vertices_share(material, sheet, share),
+        };
         let spontaneous = rest.spontaneous.clone().unwrap_or_default();
-        Self { shaped, spontaneous, share: left }
+        Self { shaped, spontaneous, follows_law: rest.follows_law, share: left }
     }
 
     /// The hinges of a rest shape that is not flat.
@@ -137,6 +145,11 @@ impl CurvedRest {
         conditions: &Conditions<'_>,
         work: &mut MeyerWork,
     ) {
+        if self.follows_law {
+            let law = &mut work.curved.get_or_insert_default().law;
+            law.clear();
+            law.extend_from_slice(conditions.internal(SPONTANEOUS_CURVATURE).unwrap_or_default());
+        }
         let Some(shaped) = &self.shaped else { return };
         let &Conditions { sheet, metric, time, .. } = conditions;
         let mut curved = work.curved.take().unwrap_or_default();
@@ -173,7 +186,7 @@ impl CurvedRest {
             return (derivatives, Vec3::zeros(), energy);
         }
         let at = Point::new(&gathered[i], &work.normals[i]);
-        let (b, c0) = (bending.rigidity.at(i), self.spontaneous(i));
+        let (b, c0) = (bending.rigidity.at(i), self.spontaneous(work, i));
         let constant = 0.5 * b * c0 * c0;
         if self.shaped.is_none() {
             let (mut derivatives, density) = bending.at_vertex(shape, gathered, i);
@@ -184,8 +197,9 @@ impl CurvedRest {
         }
         let rest = work.mean[i];
         let p = 0.5 * at.along() - rest * at.area;
-        let density = 0.5 * self.share * b * p * p / at.area;
-        let pull = self.share * b * p / at.area - b * c0;
+        let share = self.share.at(i);
+        let density = 0.5 * share * b * p * p / at.area;
+        let pull = share * b * p / at.area - b * c0;
         let derivatives = VertexDerivatives {
             by_vector: 0.5 * pull * at.normal,
             by_area: constant - density / at.area - rest * pull,
@@ -195,8 +209,10 @@ impl CurvedRest {
         (derivatives, 0.5 * pull * at.slope(), energy)
     }
 
-    fn spontaneous(&self, i: usize) -> f64 {
-        self.spontaneous.get(i).copied().unwrap_or(0.0)
+    /// C₀ of vertex `i`.
+    fn spontaneous(&self, work: &CurvedWork, i: usize) -> f64 {
+        let own = self.spontaneous.get(i).copied().unwrap_or(0.0);
+        if self.follows_law { own + work.law.get(i).copied().unwrap_or(0.0) } else { own }
     }
 
     /// Gathers at the shape and fills the derivatives; returns the energy of the vertices.
@@ -261,11 +277,11 @@ impl CurvedRest {
         i: usize,
     ) -> Second {
         let at = Point::new(&gathered[i], &work.normals[i]);
-        let (along, b, c0) = (at.along(), bending.rigidity.at(i), self.spontaneous(i));
+        let (along, b, c0) = (at.along(), bending.rigidity.at(i), self.spontaneous(work, i));
         let (stiffness, pull) = match self.shaped {
             None => (0.0, -b * c0),
             Some(_) => {
-                let stiffness = self.share * b / at.area;
+                let stiffness = self.share.at(i) * b / at.area;
                 (stiffness, stiffness * (0.5 * along - work.mean[i] * at.area) - b * c0)
             }
         };
@@ -315,6 +331,53 @@ impl CurvedRest {
             }
         }
     }
+}
+
+impl CurvedRest {
+    /// `∂²U/∂x∂C₀ = B (C₀ ∂A - ∂p)` of the rings of interior vertices, `∂p = J + (a/(2A) - 2H⁰) ∂A` with the J of
+    /// [`Second`].
+    pub(super) fn curvature_derivatives(
+        &self,
+        bending: &MeyerBending,
+        shape: &Shape<'_>,
+        work: &mut MeyerWork,
+        emit: &mut dyn FnMut(usize, usize, Vec3),
+    ) {
+        if !self.follows_law {
+            return;
+        }
+        self.fill(bending, shape, work);
+        let MeyerWork { gathered, curved, .. } = work;
+        let curved = curved.get_or_insert_default();
+        let (mut vertices, mut derivatives) = (Vec::new(), Vec::new());
+        for i in (0..shape.x.len()).filter(|&i| !shape.sheet.boundary()[i]) {
+            ring(shape.sheet, i, &mut vertices);
+            derivatives.clear();
+            derivatives.resize(vertices.len(), RingDerivatives::ZERO);
+            differentiate(bending, shape, i, &vertices, &mut derivatives);
+            let second = self.second(bending, (gathered, curved), i);
+            let rest = curved.mean.get(i).copied().unwrap_or(0.0);
+            let by_area = self.spontaneous(curved, i) - second.mean + rest;
+            let b = bending.rigidity.at(i);
+            for (v, at) in vertices.iter().zip(&derivatives) {
+                emit(*v as usize, i, b * (by_area * at.area - second.bent(at)));
+            }
+        }
+    }
+}
+
+/// `1 - s` of every vertex with the share s of every triangle: weighted by B, so that both parts add up to the B of a vertex.
+fn vertices_share(
+    material: &Elasticity,
+    sheet: &Sheet,
+    share: impl Fn(&Material) -> f64,
+) -> Values {
+    if material.poisson.is_uniform() {
+        return Values::Same(1.0 - share(&material.largest()));
+    }
+    let part = at_vertices(&material.each(|m| (1.0 - share(m)) * m.bending_rigidity()), sheet);
+    let whole = at_vertices(&material.bending_rigidity(), sheet);
+    Values::Each((0..sheet.vertex_count()).map(|i| part.at(i) / whole.at(i)).collect())
 }
 
 /// Mean factor `l̄/l⁰` of the edges around vertex `i`.
