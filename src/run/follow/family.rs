@@ -7,11 +7,13 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::key::{Key, OPTION};
+use crate::Vec3;
 use crate::model::{Model, Potential, State};
 use crate::run::{Error, Result, prepare};
 use crate::scene::Scene;
 use crate::sheet::Sheet;
 use crate::solve::continuation::Family;
+use crate::tally::Tally;
 
 /// A scene over the values of a key.
 pub(super) struct SceneFamily {
@@ -20,6 +22,8 @@ pub(super) struct SceneFamily {
     pub(super) key: Key,
     pub(super) sheet: Arc<Sheet>,
     pub(super) time: f64,
+    /// Where the work on all its models is counted.
+    pub(super) tally: Tally,
 }
 
 impl SceneFamily {
@@ -30,8 +34,21 @@ impl SceneFamily {
     pub(super) fn model(&self, parameter: f64) -> Result<(Model, State)> {
         let over = self.key.set(parameter);
         let scene = Scene::varied_by(&self.file, &self.set, &over, OPTION)?;
-        let (model, state) = prepare::mechanical_model(&scene, &self.sheet)?;
+        let (model, state) = prepare::mechanical_model(&scene, &self.sheet, &self.tally)?;
         Ok((model, State { time: self.time_at(parameter), ..state }))
+    }
+
+    /// The forces ∂U/∂x on the shape `x` at the value `parameter`, and the shape with the fixed directions of that.
+    ///
+    /// # Errors
+    /// As for [`Self::model`].
+    pub(super) fn gradient(&mut self, parameter: f64, x: &[Vec3]) -> Result<[Vec<Vec3>; 2]> {
+        let mut potential = self.potential(parameter)?;
+        let mut x = x.to_vec();
+        potential.mechanics().set_prescribed(potential.time(), &mut x);
+        let mut gradient = vec![Vec3::zeros(); x.len()];
+        potential.energy_gradient(&x, &mut gradient);
+        Ok([gradient, x])
     }
 
     /// The time at which ramps and growth are evaluated.

@@ -8,6 +8,11 @@ use crate::sheet::Sheet;
 /// A number of a shape.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Measure {
+    /// Displacement from the rest shape along that of the first critical mode, whose largest displacement has length 1.
+    Mode,
+    /// Mean displacement from the rest shape along the forces by which the key pushes as it goes from its first value to its
+    /// last, weighted by their size: positive where the sheet gives way to them.
+    Load,
     /// Largest displacement of a vertex from its rest position.
     Displacement,
     /// Mean displacement of the vertices along an axis, by its number.
@@ -20,9 +25,20 @@ pub enum Measure {
     Volume,
 }
 
+/// Directions that displacements are taken along.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Directions {
+    /// The first critical mode, once there is one.
+    pub mode: Option<Vec<Vec3>>,
+    /// Difference of the forces on the start between the last value of the key and its first; none if there is none.
+    pub load: Option<Vec<Vec3>>,
+}
+
 impl Measure {
     /// Those of every sheet.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 9] = [
+        Self::Mode,
+        Self::Load,
         Self::Displacement,
         Self::Mean(0),
         Self::Mean(1),
@@ -36,6 +52,8 @@ impl Measure {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
+            Self::Mode => "along-mode",
+            Self::Load => "along-load",
             Self::Displacement => "displacement",
             Self::Mean(0) => "mean-x",
             Self::Mean(1) => "mean-y",
@@ -50,6 +68,8 @@ impl Measure {
     #[must_use]
     pub fn title(self) -> &'static str {
         match self {
+            Self::Mode => "amplitude of the critical mode",
+            Self::Load => "mean displacement along the load [length]",
             Self::Displacement => "largest displacement [length]",
             Self::Mean(0) => "mean displacement along x [length]",
             Self::Mean(1) => "mean displacement along y [length]",
@@ -60,11 +80,19 @@ impl Measure {
         }
     }
 
-    /// Of the shape `x`; not a number where the sheet has none.
+    /// Of the shape `x`; not a number where it has none.
     #[must_use]
-    pub fn of(self, sheet: &Sheet, x: &[Vec3]) -> f64 {
+    pub fn of(self, sheet: &Sheet, x: &[Vec3], directions: &Directions) -> f64 {
         let moved = || x.iter().zip(sheet.rest()).map(|(x, rest)| x - rest);
+        let along = |direction: &[Vec3]| moved().zip(direction).map(|(d, v)| d.dot(v)).sum::<f64>();
         match self {
+            Self::Mode => directions.mode.as_ref().map_or(f64::NAN, |mode| {
+                along(mode) / mode.iter().map(Vec3::norm_squared).sum::<f64>()
+            }),
+            Self::Load => directions
+                .load
+                .as_ref()
+                .map_or(f64::NAN, |load| along(load) / load.iter().map(Vec3::norm).sum::<f64>()),
             Self::Displacement => moved().map(|d| d.norm()).fold(0.0, f64::max),
             Self::Mean(axis) => moved().map(|d| d[axis]).sum::<f64>() / real(x.len()),
             Self::Height => {

@@ -2,9 +2,11 @@
 //!
 //! Table and diagram are rewritten as a whole at every step: a command that is killed leaves files that open.
 
+use super::Request;
 use super::diagram;
 use super::family::SceneFamily;
-use super::measures::Measure;
+use super::measures::{Directions, Measure};
+use crate::Vec3;
 use crate::model::Memory;
 use crate::output::{Compression, OutputError, ResultDirectory, Series, atomic, vtu};
 use crate::run::stability::add_modes;
@@ -23,10 +25,15 @@ pub(super) struct Row {
     pub(super) parameter: f64,
     pub(super) energy: f64,
     pub(super) negative: usize,
-    /// The one that the diagram shows.
-    pub(super) measure: f64,
+    /// Those of the table, in its order.
+    pub(super) measures: Vec<f64>,
     pub(super) event: &'static str,
+    /// What of the row stands before the measures.
     text: String,
+    /// What of it stands behind them, before the event.
+    behind: String,
+    /// The shape, while it is not known yet along which mode its displacement is to be taken.
+    x: Vec<Vec3>,
 }
 
 impl Row {
@@ -43,6 +50,7 @@ fn word(event: &Event) -> &'static str {
         Event::Start => "start",
         Event::Fold => FOLD,
         Event::Bifurcation(_) => BIFURCATION,
+        Event::Passed(_) => "passed",
         Event::End => "end",
     }
 }
@@ -54,24 +62,33 @@ pub(super) struct Record<'a> {
     series: Series,
     compression: Compression,
     key: String,
-    shown: Measure,
+    /// What the diagram is asked to show.
+    shown: Option<Measure>,
     measures: Vec<Measure>,
+    directions: Directions,
     pub(super) rows: Vec<Row>,
 }
 
 impl<'a> Record<'a> {
-    /// In `directory`, with the `fields` of a scene in frames; the diagram shows the measure `shown` over `key`.
+    /// In `directory`, with the `fields` of a scene in frames, of the branches of `request`, whose key pushes along `load`.
     pub(super) fn new(
         directory: &'a ResultDirectory,
         (fields, output): (Fields, &OutputSpec),
-        key: &str,
-        (shown, closed): (Measure, bool),
+        request: &Request,
+        (load, closed): (Option<Vec<Vec3>>, bool),
     ) -> Self {
         let series = Series::create(directory, output.compression).in_format(output.format);
-        let measures = Measure::ALL.into_iter().filter(|m| closed || *m != Measure::Volume);
-        let (measures, rows) = (measures.collect(), Vec::new());
-        let (compression, key) = (output.compression, key.to_owned());
-        Self { directory, fields, series, compression, key, shown, measures, rows }
+        let has = |measure: &Measure| match measure {
+            Measure::Mode => request.switch > 0,
+            Measure::Load => load.is_some(),
+            Measure::Volume => closed,
+            _ => true,
+        };
+        let measures = Measure::ALL.into_iter().filter(has).collect();
+        let (compression, key) = (output.compression, request.along.clone());
+        let (shown, rows) = (request.measure, Vec::new());
+        let directions = Directions { mode: None, load };
+        Self { directory, fields, series, compression, key, shown, measures, directions, rows }
     }
 
     /// Adds `points` of the branch number `branch`.
@@ -93,17 +110,42 @@ impl<'a> Record<'a> {
 
     fn add_row(&mut self, family: &SceneFamily, branch: usize, point: &Point) {
         let sheet = &family.sheet;
+        if let Event::Bifurcation(modes) = &point.event
+            && self.waits_for_mode()
+            && let Some(mode) = modes.first()
+        {
+            self.directions.mode = Some(mode.shape.clone());
+            for row in &mut self.rows {
+                row.measures[0] = Measure::Mode.of(sheet, &row.x, &self.directions);
+                row.x = Vec::new();
+            }
+        }
         let event = word(&point.event);
         let mut text = format!("{},{branch}", self.rows.len());
         let numbers = [point.arc, point.parameter, point.energy];
         numbers.iter().for_each(|value| text += &format!(",{value:e}"));
         text += &format!(",{}", point.negative);
-        let measures = self.measures.iter().map(|measure| measure.of(sheet, &point.x));
-        measures.for_each(|value| text += &format!(",{value:e}"));
-        text += &format!(",{},{:e},{event}\n", point.iterations, point.residual);
-        let measure = self.shown.of(sheet, &point.x);
+        let of = |measure: &Measure| measure.of(sheet, &point.x, &self.directions);
+        let measures = self.measures.iter().map(of).collect();
+        let behind = format!(",{},{:e}", point.iterations, point.residual);
+        let x = if self.waits_for_mode() { point.x.clone() } else { Vec::new() };
         let Point { parameter, energy, negative, .. } = *point;
-        self.rows.push(Row { branch, parameter, energy, negative, measure, event, text });
+        self.rows.push(Row {
+            branch,
+            parameter,
+            energy,
+            negative,
+            measures,
+            event,
+            text,
+            behind,
+            x,
+        });
+    }
+
+    /// Whether displacements are to be taken along a mode that is not known yet. It is the first of the measures.
+    fn waits_for_mode(&self) -> bool {
+        self.directions.mode.is_none() && self.measures.first() == Some(&Measure::Mode)
     }
 
     /// The frame of the last row; its time is the number of that. Modes go to a file of their own: all frames have the
@@ -112,7 +154,8 @@ impl<'a> Record<'a> {
         let (model, mut state) = family.model(point.parameter)?;
         state.x = point.x.clone().into();
         let mut memory = Memory::default();
-        let mut frame = self.fields.frame(&mut model.at(&state, &mut memory))?;
+        let mut at = model.at(&state, &mut memory);
+        let mut frame = family.tally.uncounted(|| self.fields.frame(&mut at))?;
         let number = self.rows.len().saturating_sub(1);
         frame.time = crate::num::real(number);
         frame.step = number as u64;
@@ -142,9 +185,23 @@ impl<'a> Record<'a> {
         let path = self.directory.branch();
         atomic::replace(&path, |writer| {
             writer.write_all(head.as_bytes())?;
-            self.rows.iter().try_for_each(|row| writer.write_all(row.text.as_bytes()))
+            self.rows.iter().try_for_each(|row| {
+                let Row { text, measures, behind, event, .. } = row;
+                let measures: String = measures.iter().map(|value| format!(",{value:e}")).collect();
+                writer.write_all(format!("{text}{measures}{behind},{event}\n").as_bytes())
+            })
         })?;
         Ok(())
+    }
+
+    /// The measure of the diagram: that asked for, or the first that has a sign and is known.
+    fn shown(&self) -> Measure {
+        let usual = match &self.directions {
+            Directions { mode: Some(_), .. } => Measure::Mode,
+            Directions { load: Some(_), .. } => Measure::Load,
+            _ => Measure::Displacement,
+        };
+        self.shown.filter(|measure| self.measures.contains(measure)).unwrap_or(usual)
     }
 
     /// Writes the diagram.
@@ -155,7 +212,10 @@ impl<'a> Record<'a> {
         if self.rows.is_empty() {
             return Ok(());
         }
-        let figure = diagram::figure(&self.rows, &self.key, self.shown.title());
+        let shown = self.shown();
+        let column = self.measures.iter().position(|measure| *measure == shown);
+        let figure =
+            diagram::figure(&self.rows, &self.key, (shown.title(), column.unwrap_or_default()));
         let [svg, png] = self.directory.diagrams();
         let text = figure.svg()?;
         atomic::replace(&svg, |writer| writer.write_all(text.as_bytes()))?;

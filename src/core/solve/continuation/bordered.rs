@@ -61,6 +61,11 @@ impl Bordered {
         })
     }
 
+    /// Where its work is counted.
+    pub(super) fn tally(&self) -> &Tally {
+        &self.tally
+    }
+
     /// Takes over H at `x`, where the gradient is `gradient` and counts as 0 below `tolerance`.
     ///
     /// # Errors

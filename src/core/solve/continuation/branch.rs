@@ -3,6 +3,7 @@
 use super::bordered::Bordered;
 use super::corrector::{Condition, Corrected, Corrector, Equilibrium};
 use super::metric::{Direction, Metric};
+use super::special::LOCATED;
 use super::{Event, Family, Point, Settings, check};
 use crate::Vec3;
 use crate::num::real;
@@ -16,6 +17,9 @@ const ITERATIONS: f64 = 4.0;
 const GROWTH: f64 = 2.0;
 /// Cosine of the largest angle between two tangents one after the other.
 const TURN: f64 = 0.5;
+/// Steps over more bifurcations than are located one by one are halved down to this share of the longest step: those
+/// that are nearer to one another count as one. A smaller share tells more of them apart and costs a corrector each time.
+const APART: f64 = 1e-3;
 
 /// A branch that is being followed.
 pub struct Continuation<F: Family> {
@@ -105,6 +109,7 @@ impl<F: Family> Continuation<F> {
     /// where it was.
     pub fn advance(&mut self) -> Result<Vec<Point>, F::Error> {
         let mut reason = None;
+        let tally = self.corrector.tally().clone();
         loop {
             if self.step < self.settings.least_step {
                 let lost = || lost(self.point.parameter, self.settings.least_step).into();
@@ -116,11 +121,13 @@ impl<F: Family> Continuation<F> {
             match self.correct_from(guess, &self.tangent.clone(), self.step)? {
                 Corrected::Found(at) => {
                     if let Some(points) = self.accept(*at)? {
+                        tally.count(|work| work.steps += 1);
                         return Ok(points);
                     }
                 }
                 Corrected::Lost(why) => reason = why.or(reason),
             }
+            tally.count(|work| work.rejected += 1);
             self.step *= 0.5;
         }
     }
@@ -199,15 +206,18 @@ impl<F: Family> Continuation<F> {
         if fold && changed != 1 && divisible {
             return Ok(None);
         }
+        let passed = changed.abs_diff(usize::from(fold));
+        if passed > LOCATED && 0.5 * self.step >= APART * self.settings.longest_step {
+            return Ok(None);
+        }
         let events = self.special(&mut at, (&tangent, negative), fold)?;
         let located = events.iter().any(|point| matches!(point.event, Event::Bifurcation(_)));
         let mut points = self.arrive(at, (tangent, negative), events)?;
-        if changed != usize::from(fold)
+        if passed > 0
             && !located
             && let Some(last) = points.last_mut().filter(|last| last.event == Event::None)
         {
-            // It lies somewhere in the step.
-            last.event = Event::Bifurcation(Vec::new());
+            last.event = Event::Passed(passed);
         }
         Ok(Some(points))
     }

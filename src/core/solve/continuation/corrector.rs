@@ -14,6 +14,7 @@ use crate::Vec3;
 use crate::model::Potential;
 use crate::parallel;
 use crate::solve::{Control, SolveError};
+use crate::tally::Tally;
 
 /// Most iterations: where more are needed the step is too long.
 const MOST: usize = 10;
@@ -65,6 +66,11 @@ pub(super) struct Corrector<F: Family> {
 }
 
 impl<F: Family> Corrector<F> {
+    /// Where its work is counted.
+    pub(super) fn tally(&self) -> &Tally {
+        self.bordered.tally()
+    }
+
     /// The family's member of `parameter` at `x`, whose moving fixed directions are set.
     pub(super) fn evaluate(
         &mut self,
@@ -147,6 +153,7 @@ impl<F: Family> Corrector<F> {
             last = self.metric.norm(&change);
             let Some(next) = self.moved(&at, &change) else { return Ok(Corrected::Lost(None)) };
             let iterations = at.iterations + 1;
+            self.tally().count(|work| work.iterations += 1);
             at = match self.evaluate(next, at.parameter + change.parameter) {
                 Ok(next) => Equilibrium { iterations, ..next },
                 Err(error) => return Ok(Corrected::Lost(Some(error))),

@@ -14,6 +14,9 @@
 //! * **bifurcations**, where the number of negative eigenvalues changes and λ̇ does not: found as the zero of the
 //!   eigenvalue. Its mode is the direction of the other branch ([`Continuation::switch`]).
 //!
+//! A step over more bifurcations than are located one by one is shortened until they come apart. Those that stay together,
+//! as where a sphere buckles in many modes at once, are one point with all their modes.
+//!
 //! An even number of changes within one step, as one eigenvalue down and another up, is not seen; shorter steps see it.
 //! Not covered: constraints, pairs of contact, chemistry; branches of points of special kind (folds in two parameters).
 //!
@@ -98,9 +101,10 @@ pub enum Event {
     Start,
     /// λ turns back.
     Fold,
-    /// Other branches pass, along these modes: those whose eigenvalue is 0. Without any if it was not located: it then
-    /// lies in the step to this point.
+    /// Other branches pass, along these modes: those whose eigenvalues change their sign here.
     Bifurcation(Vec<Mode>),
+    /// So many eigenvalues changed their sign in the step to this point, and where was not found.
+    Passed(usize),
     /// The branch leaves the range of λ.
     End,
 }

@@ -17,9 +17,9 @@ const ZERO: f64 = 1e-5;
 const MOST: usize = 30;
 /// Bifurcations nearer to one another than this share of a step are one.
 const SAME: f64 = 1e-3;
-/// Most bifurcations that are located in one step; of more, as where a sphere buckles, the first. Each costs some ten
-/// spectra.
-const LOCATED: usize = 2;
+/// Most bifurcations that are located one by one in one step; more are one, at the place of the first. Each costs some
+/// ten spectra.
+pub(super) const LOCATED: usize = 2;
 
 /// One step: from the point of a branch to an equilibrium.
 pub(super) struct Step<'a> {
@@ -124,15 +124,17 @@ impl<F: Family> Continuation<F> {
     ) -> Result<Vec<Point>, F::Error> {
         let before = self.point.negative;
         let (low, high) = (before.min(step.negative), before.max(step.negative));
-        let numbers = match high - low {
-            ..=LOCATED => low..high,
-            _ if before == low => low..low + 1,
-            _ => high - 1..high,
+        // The numbers of those that are located, and for each the numbers of the modes of its point.
+        let together = low..high;
+        let located = match high - low {
+            ..=LOCATED => together.clone().map(|k| (k, k..k + 1)).collect(),
+            _ if before == low => vec![(low, together)],
+            _ => vec![(high - 1, together)],
         };
         let Some(mut first) = self.between(step, 0.0)? else { return Ok(Vec::new()) };
-        let ends = [self.modes(&mut first, numbers.end)?, self.modes(last, numbers.end)?];
+        let ends = [self.modes(&mut first, high)?, self.modes(last, high)?];
         let mut all: Vec<Point> = Vec::new();
-        for number in numbers {
+        for (number, own) in located {
             let [Some(from), Some(to)] = [0, 1].map(|k: usize| ends[k].get(number)) else {
                 continue;
             };
@@ -140,16 +142,17 @@ impl<F: Family> Continuation<F> {
             let values = [from.eigenvalue / unit, to.eigenvalue / unit];
             let mut evaluate = |s: f64| {
                 let Some(mut at) = self.between(step, s)? else { return Ok(None) };
-                let modes = self.modes(&mut at, number + 1)?;
-                let mode = modes.into_iter().nth(number);
-                Ok::<_, F::Error>(mode.map(|mode| (mode.eigenvalue / unit, (at, mode))))
+                let modes = self.modes(&mut at, own.end)?;
+                let value = modes.get(number).map(|mode| mode.eigenvalue / unit);
+                Ok::<_, F::Error>(value.map(|value| (value, (at, modes))))
             };
             let found = zero(step.length, values, ZERO, &mut evaluate)?;
-            let Some((mut at, mode)) = found else { continue };
-            let point = self.special_point(&mut at, Event::Bifurcation(vec![mode.clone()]))?;
+            let Some((mut at, modes)) = found else { continue };
+            let modes: Vec<Mode> = modes.into_iter().take(own.end).skip(own.start).collect();
+            let point = self.special_point(&mut at, Event::Bifurcation(modes.clone()))?;
             let same = |other: &&mut Point| (other.arc - point.arc).abs() <= SAME * step.length;
             match all.iter_mut().find(same) {
-                Some(Point { event: Event::Bifurcation(modes), .. }) => modes.push(mode),
+                Some(Point { event: Event::Bifurcation(others), .. }) => others.extend(modes),
                 _ => all.push(point),
             }
         }
