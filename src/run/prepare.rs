@@ -180,18 +180,20 @@ fn fields(scene: &Scene, stepper: &Stepper, material: Option<&Elasticity>) -> Re
     Fields::new(scene, model, stepper.area.clone(), &rest_area, material)
 }
 
-/// The model of the effects of `scene` on `sheet`, which is that of the scene, without any law; and its start. Its work is
-/// counted with `tally`.
+/// The model of `scene` on `sheet`, which is that of the scene, with the shape at rest and no species. Its work is counted
+/// with `tally`.
 ///
 /// # Errors
 /// What does not fit, with its place in the scene.
-pub(super) fn mechanical_model(
+pub(super) fn model(
     scene: &Scene,
     sheet: &Arc<Sheet>,
-    tally: &Tally,
+    (search, tally): (&Search, &Tally),
 ) -> Result<(Model, State)> {
     let material = material(scene, sheet)?;
-    let problem = problem(scene, sheet, material.as_ref(), None, None)?.reading(&read_surface);
+    let laws = laws::load(scene, search, &mut Vec::new())?;
+    let problem = problem(scene, sheet, material.as_ref(), laws.as_ref(), None)?;
+    let problem = problem.reading(&read_surface);
     problem.counted_with(tally.clone()).model().map_err(|error| placed(scene, &error))
 }
 

@@ -4,12 +4,8 @@ use super::record::Row;
 use crate::output::plot::{Curve, Figure, Mark, Panel};
 
 /// Names of the legend; the last one is drawn as a guide, dashed.
-const NAMES: [&str; 4] = [
-    "stable (solid)",
-    "fold",
-    "bifurcation",
-    "unstable (dashed): the Hessian has negative eigenvalues",
-];
+const NAMES: [&str; 4] =
+    ["stable (solid)", "fold", "bifurcation", "unstable (dashed): some disturbances grow"];
 const STABLE: usize = 0;
 const FOLD: usize = 1;
 const BIFURCATION: usize = 2;

@@ -26,16 +26,16 @@ use self::family::SceneFamily;
 use self::key::Key;
 pub use self::measures::Measure;
 use self::record::Record;
-use self::walk::Walk;
 use super::costs::peak_resident;
 use super::{Error, Result, Simulation, inspect, provenance};
 use crate::Vec3;
 use crate::kinetics::Search;
+use crate::model::State;
 use crate::output::{Interrupt, ResultDirectory};
 use crate::scene::Scene;
 use crate::sheet::Surface;
 use crate::solve::Control;
-use crate::solve::continuation::{Continuation, Settings};
+use crate::solve::continuation::{Continuation, Settings, Unknowns};
 
 /// What is followed, and how.
 #[derive(Debug, Clone)]
@@ -116,6 +116,7 @@ pub struct Follow {
     request: Request,
     key: Key,
     from: f64,
+    search: Search,
     /// The scene at the first value.
     pub scene: Scene,
     /// The same, set up.
@@ -165,7 +166,8 @@ impl Follow {
             time => time.unwrap_or(scene.time.span.until.get()),
         };
         simulation.state_mut().time = time;
-        let follow = Self { request, key, from, scene, simulation, given: false };
+        let search = search.clone();
+        let follow = Self { request, key, from, search, scene, simulation, given: false };
         follow.check_dependence()?;
         Ok(follow)
     }
@@ -188,17 +190,24 @@ impl Follow {
             sheet: Arc::clone(self.simulation.sheet()),
             time: self.simulation.state().time,
             tally: self.simulation.model().tally().clone(),
+            search: self.search.clone(),
         }
     }
 
     /// Refuses a key that no energy and no fixed direction depends on.
     fn check_dependence(&self) -> Result<()> {
-        let mut family = self.family();
-        // Not at rest, so that moduli matter.
+        let family = self.family();
+        // Not at rest, so that moduli and rates matter.
         let rest = self.simulation.sheet().rest();
         let x: Vec<Vec3> = rest.iter().map(|x| x + 0.01 * Vec3::new(x.y, x.z, x.x)).collect();
-        if family.gradient(self.from, &x)? == family.gradient(self.request.to, &x)? {
-            let why = "no force and no pin depends on it";
+        let mut at = Unknowns { x, species: self.simulation.state().species.clone() };
+        let chemistry = self.simulation.model().chemistry();
+        let described = chemistry.into_iter().flat_map(|c| &c.descriptor().species);
+        for (values, species) in at.species.iter_mut().zip(described) {
+            values.iter_mut().for_each(|c| *c += 0.01 * (c.abs() + species.typical));
+        }
+        if family.imbalance(self.from, &at)? == family.imbalance(self.request.to, &at)? {
+            let why = "no force, no pin and no rate depends on it";
             return Err(refusals::without_effect(&self.scene, &self.key.target, why));
         }
         Ok(())
@@ -229,26 +238,29 @@ impl Follow {
         let control = Control::new(move || interrupt.requested(), |_| ());
         self.simulation.set_control(control.clone());
         let mut found = Found::default();
-        let (mut family, settings) = (self.family(), self.settings(&self.simulation));
+        let (family, settings) = (self.family(), self.settings(&self.simulation));
         let Self { request, scene, simulation, from, given, .. } = self;
         let (outcome, spent) = simulation.spend(|simulation| {
             if !*given {
-                simulation.relax()?;
+                simulation.stepper.settle()?;
             }
-            let start = (simulation.state().x.to_vec(), *from);
-            let load = load(&mut family, [*from, request.to], &start.0)?;
+            let State { x, species, .. } = simulation.state();
+            let start = Unknowns { x: x.to_vec(), species: species.clone() };
+            let load = load(&family, [*from, request.to], &start)?;
             let fields = (simulation.fields.clone(), &scene.output);
-            let closed = !simulation.sheet().boundary().contains(&true);
-            let record = Record::new(directory, fields, request, (load, closed));
+            let of = (&family, (&**simulation.model(), &start), load);
+            let record = Record::new(directory, fields, request, of);
+            let told = (listener, &mut found);
             let forward = request.to > *from;
-            let branch = Continuation::new(family, start, forward, settings, &control)?;
-            let mut walk = Walk { request, branch, record, listener, found: Found::default() };
-            let outcome = walk.all();
-            // What there is of a branch that is lost is drawn as well.
-            let drawn = walk.record.write_diagram();
-            found = walk.found;
-            outcome?;
-            drawn
+            if species.is_empty() {
+                let start = (start.x, *from);
+                let branch = Continuation::new(family, start, forward, settings, &control)?;
+                walk::walk(request, branch, record, told)
+            } else {
+                let start = (start, *from);
+                let branch = Continuation::of_species(family, start, forward, settings, &control)?;
+                walk::walk(request, branch, record, told)
+            }
         });
         directory.claim().tell(|reached| {
             reached.time = simulation.state().time;
@@ -259,10 +271,11 @@ impl Follow {
     }
 }
 
-/// The direction in which the key pushes the shape `x` as it goes from one value to another: the difference of the forces,
-/// if there is one.
-fn load(family: &mut SceneFamily, ends: [f64; 2], x: &[Vec3]) -> Result<Option<Vec<Vec3>>> {
-    let [[before, _], [after, _]] = [family.gradient(ends[0], x)?, family.gradient(ends[1], x)?];
-    let force: Vec<Vec3> = before.iter().zip(after).map(|(before, after)| before - after).collect();
+/// The direction in which the key pushes the shape of `at` as it goes from one value to another: the difference of the
+/// forces, if there is one.
+fn load(family: &SceneFamily, ends: [f64; 2], at: &Unknowns) -> Result<Option<Vec<Vec3>>> {
+    let [before, _] = family.imbalance(ends[0], at)?;
+    let [after, _] = family.imbalance(ends[1], at)?;
+    let force = before.plus(-1.0, &after).x;
     Ok(force.iter().any(|f| *f != Vec3::zeros()).then_some(force))
 }

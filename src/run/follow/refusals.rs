@@ -13,13 +13,7 @@ pub(super) fn check_scene(scene: &Scene, simulation: &Simulation) -> Result<(), 
     let at = |path: &str, message: &str, help: Option<&str>| -> Result<(), Error> {
         Err(scene.error_at(path, message, help).into())
     };
-    if !scene.kinetics.is_empty() {
-        let message = "branches are those of mechanical equilibria, and this scene has species";
-        let help =
-            "leave out [kinetics] and effects on species, or sweep over the key with rumple sweep";
-        return at("kinetics", message, Some(help));
-    }
-    if !simulation.model().moves() {
+    if !simulation.model().moves() && scene.kinetics.is_empty() {
         return at("effect", "no effect has an energy: every shape is an equilibrium", None);
     }
     if let Some(term) = simulation.model().internal().first() {
@@ -78,7 +72,8 @@ pub(super) fn without_effect(scene: &Scene, target: &str, why: &str) -> Error {
 }
 
 /// What equilibria depend on.
-const HELP: &str = "a branch is followed along a load, a modulus, a displacement of pins, or along the time of ramps and growth";
+const HELP: &str = "a branch is followed along a load, a modulus, a displacement of pins, a parameter of a law, or along the \
+                    time of ramps and growth";
 
 /// That `path` is no key because it begins with the kind of an effect, if it does.
 pub(super) fn misplaced(scene: &Scene, path: &str) -> Option<Error> {

@@ -2,26 +2,43 @@
 
 use std::collections::VecDeque;
 
-use super::family::SceneFamily;
 use super::record::Record;
 use super::{Found, News, Request};
 use crate::num::Short;
 use crate::run::{Error, Result};
 use crate::solve::SolveError;
-use crate::solve::continuation::{Continuation, Event, Point};
+use crate::solve::continuation::{Continuation, CriticalMode, Event, Point, System};
 
-/// Branches that are being followed.
-pub(super) struct Walk<'a> {
-    pub(super) request: &'a Request,
-    pub(super) branch: Continuation<SceneFamily>,
-    pub(super) record: Record<'a>,
-    pub(super) listener: &'a mut dyn FnMut(News<'_>),
-    pub(super) found: Found,
+/// Follows `branch` and those that leave it, as `request` says; the listener gets the progress.
+///
+/// # Errors
+/// A branch without equilibrium, an interruption, files that cannot be written.
+pub(super) fn walk<S: System<Error = Error>>(
+    request: &Request,
+    branch: Continuation<S>,
+    record: Record<'_>,
+    (listener, found): (&mut dyn FnMut(News<'_>), &mut Found),
+) -> Result<()> {
+    let mut walk = Walk { request, branch, record, listener, found };
+    let outcome = walk.all();
+    // What there is of a branch that is lost is drawn as well.
+    let drawn = walk.record.write_diagram();
+    outcome?;
+    drawn
 }
 
-impl Walk<'_> {
+/// Branches that are being followed.
+struct Walk<'a, S: System> {
+    request: &'a Request,
+    branch: Continuation<S>,
+    record: Record<'a>,
+    listener: &'a mut dyn FnMut(News<'_>),
+    found: &'a mut Found,
+}
+
+impl<S: System<Error = Error>> Walk<'_, S> {
     /// The first branch, and those that it is left for.
-    pub(super) fn all(&mut self) -> Result<()> {
+    fn all(&mut self) -> Result<()> {
         let start = self.branch.point().clone();
         self.add(&[start])?;
         let bifurcations = self.follow()?;
@@ -33,8 +50,10 @@ impl Walk<'_> {
         let mut left: VecDeque<(Point, usize, bool)> = VecDeque::new();
         for point in bifurcations.into_iter().take(self.request.switch) {
             let Event::Bifurcation(modes) = &point.event else { continue };
-            let each = (0..modes.len()).flat_map(|k| ways.iter().map(move |way| (k, *way)));
-            left.extend(each.map(|(k, way)| (point.clone(), k, way)));
+            let steady = (0..modes.len()).filter(|k| modes[*k].frequency == 0.0);
+            let each = steady.flat_map(|k| ways.iter().map(move |way| (k, *way)));
+            let each: Vec<_> = each.collect();
+            left.extend(each.into_iter().map(|(k, way)| (point.clone(), k, way)));
         }
         while let Some((point, mode, reverse)) = left.pop_front() {
             self.found.branches += 1;
@@ -99,18 +118,10 @@ impl Walk<'_> {
     /// Records `points`.
     fn add(&mut self, points: &[Point]) -> Result<()> {
         let number = self.found.branches;
-        self.record.add(self.branch.family(), number, points)?;
+        self.record.add(number, points)?;
         for point in points {
             self.found.points += 1;
-            let what = match &point.event {
-                Event::Fold => "fold".to_owned(),
-                Event::Bifurcation(modes) if modes.len() == 1 => "bifurcation".to_owned(),
-                Event::Bifurcation(modes) => format!("bifurcation along {} modes", modes.len()),
-                Event::Passed(count) => format!(
-                    "{count} eigenvalues changed sign, where was not found (try a shorter --longest-step), before the point"
-                ),
-                _ => continue,
-            };
+            let Some(what) = in_words(&point.event) else { continue };
             let [at, arc] = [point.parameter, point.arc].map(six_digits);
             let key = &self.request.along;
             let text = format!("branch {number}: {what} at {key} = {at}, arc length {arc}");
@@ -131,4 +142,26 @@ impl Walk<'_> {
 /// A number in six digits.
 fn six_digits(value: f64) -> Short {
     Short(format!("{value:.5e}").parse().unwrap_or(value))
+}
+
+/// What is special about a point, if anything is.
+fn in_words(event: &Event) -> Option<String> {
+    let swings = |mode: &CriticalMode| mode.frequency != 0.0;
+    Some(match event {
+        Event::Fold => "fold".to_owned(),
+        Event::Bifurcation(modes) => match &modes[..] {
+            [mode, ..] if swings(mode) => {
+                format!(
+                    "bifurcation of oscillations (Hopf), frequency {}",
+                    six_digits(mode.frequency)
+                )
+            }
+            [] | [_] => "bifurcation".to_owned(),
+            several => format!("bifurcation along {} modes", several.len()),
+        },
+        Event::Passed(count) => format!(
+            "{count} eigenvalues changed sign, where was not found (try a shorter --longest-step), before the point"
+        ),
+        Event::None | Event::Start | Event::End => return None,
+    })
 }
