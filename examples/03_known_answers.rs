@@ -11,8 +11,8 @@ use known_answers::chemistry::{CARRIED, FINE};
 use known_answers::plates::Boundary;
 use known_answers::strips::Ends;
 use known_answers::{
-    BOND_HINGE, BOND_MEYER, Outcome, STVK_HINGE, STVK_MEYER, Sample, branches, chemistry, contact,
-    growth, membranes, plates, remodelling, shells, strips, sze,
+    BOND_HINGE, BOND_MEYER, Outcome, STVK_HINGE, STVK_MEYER, Sample, annulus, branches, caps,
+    chemistry, contact, growth, membranes, plates, remodelling, shells, steady, strips, sze,
 };
 
 /// Prints the tables.
@@ -51,6 +51,9 @@ fn main() -> Outcome<()> {
     }
     if wanted("remodelling") {
         remodelling_tables()?;
+    }
+    if wanted("steady") {
+        steady_tables()?;
     }
     Ok(())
 }
@@ -354,6 +357,30 @@ fn chemistry_tables() -> Outcome<()> {
     Ok(())
 }
 
+fn steady_tables() -> Outcome<()> {
+    println!("\n## Y1: a bistable law on a sheet that it makes grow");
+    let sizes = [100, 400];
+    let all: Outcome<Vec<_>> = sizes.iter().map(|&n| steady::bistable(n)).collect();
+    let all = all?;
+    let unstable: Vec<_> = all.iter().map(|found| found.unstable).collect();
+    println!("growing disturbances before, between, beyond: {unstable:?}");
+    for (which, name) in ["going up", "going back"].iter().enumerate() {
+        let folds: Vec<Sample> = all.iter().map(|found| found.folds[which]).collect();
+        table(&format!("parameter at the fold, {name}"), &folds);
+    }
+    println!("\n## Y2: Turing's threshold on a disc");
+    let sizes = [300, 1200];
+    let all: Outcome<Vec<_>> = sizes.iter().map(|&n| steady::turing(n)).collect();
+    let all = all?;
+    let unstable: Vec<_> = all.iter().map(|found| found.unstable).collect();
+    println!("growing disturbances at the end: {unstable:?}");
+    for which in 0..2 {
+        let thresholds: Vec<Sample> = all.iter().map(|found| found.thresholds[which]).collect();
+        table(&format!("threshold of m = {}", which + 1), &thresholds);
+    }
+    Ok(())
+}
+
 fn branch_tables() -> Outcome<()> {
     println!("\n## Q1: a column beyond Euler's load");
     let sizes = [4, 6, 8];
@@ -374,5 +401,25 @@ fn branch_tables() -> Outcome<()> {
         let limits: Vec<Sample> = arches.iter().map(|arch| arch.limits[which]).collect();
         table(&format!("load of the {name}"), &limits);
     }
+    println!("\n## Q3: snap of a shallow cap");
+    let sizes = [300, 1200, 4800];
+    let caps: Outcome<Vec<_>> = sizes.iter().map(|&n| caps::cap(n)).collect();
+    let caps = caps?;
+    let negative: Vec<_> = caps.iter().map(|cap| cap.negative).collect();
+    println!("negative eigenvalues before, between, beyond: {negative:?}");
+    for (which, name) in ["snap down", "snap back"].iter().enumerate() {
+        let limits: Vec<Sample> = caps.iter().map(|cap| cap.limits[which]).collect();
+        table(&format!("load of the {name}"), &limits);
+    }
+    println!("\n## Q4: wrinkling of a growing annulus");
+    let sizes = [800, 3200];
+    let all: Outcome<Vec<_>> = sizes.iter().map(|&n| annulus::wrinkled(n)).collect();
+    let all = all?;
+    println!(
+        "waves found, expected: {:?}",
+        all.iter().map(|found| found.waves).collect::<Vec<_>>()
+    );
+    let strains: Vec<Sample> = all.iter().map(|found| found.strain).collect();
+    table("strain of the first bifurcation", &strains);
     Ok(())
 }

@@ -27,7 +27,7 @@ use rumple::model::Potential;
 use rumple::num::real;
 use rumple::sheet::Sheet;
 use rumple::solve::Control;
-use rumple::solve::continuation::{Continuation, Event, Family, Point, Settings};
+use rumple::solve::continuation::{Continuation, Event, Family, Point, Settings, System};
 
 use super::meshes::Strip;
 use super::shells::SHELL_HINGE;
@@ -125,7 +125,7 @@ pub fn column(rows: usize) -> Outcome<Column> {
     let at = straight.iter().position(|p| matches!(p.event, Event::Bifurcation(_)));
     let at = at.ok_or("the straight branch has no bifurcation")?;
     let critical = &straight[at];
-    let high = |point: &Point| point.x.iter().map(|x| x.z.abs()).fold(0.0, f64::max);
+    let high = |point: &Point| point.at.x.iter().map(|x| x.z.abs()).fold(0.0, f64::max);
     let mut bent = branch.switch(critical, 0, false)?;
     bent.extend(points(&mut branch, |point| high(point) > LENGTH / 5.0)?);
     let last = bent.last().ok_or("the column does not bend")?;
@@ -139,10 +139,10 @@ pub fn column(rows: usize) -> Outcome<Column> {
 }
 
 /// The points of a branch from here to its end, or to the first that is `enough`.
-fn points<F: Family>(
-    branch: &mut Continuation<F>,
+pub fn points<S: System>(
+    branch: &mut Continuation<S>,
     enough: impl Fn(&Point) -> bool,
-) -> Result<Vec<Point>, F::Error> {
+) -> Result<Vec<Point>, S::Error> {
     let mut all = Vec::new();
     while !branch.has_ended() && !all.last().is_some_and(&enough) && all.len() < MOST {
         all.extend(branch.advance()?);

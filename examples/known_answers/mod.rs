@@ -3,7 +3,9 @@
 //! Every problem is a function of the mesh and the models that returns a [`Sample`]; the example
 //! `03_known_answers` prints tables of them and the tests hold them to their tolerances.
 
+pub mod annulus;
 pub mod branches;
+pub mod caps;
 pub mod chemistry;
 pub mod contact;
 pub mod growth;
@@ -14,6 +16,7 @@ pub mod plates;
 pub mod remodelling;
 pub mod ribbons;
 pub mod shells;
+pub mod steady;
 pub mod strips;
 pub mod sze;
 

@@ -41,14 +41,15 @@ const K_SUPPORTED_HINGES: f64 = 2.387093841844885;
 const K_CLAMPED: f64 = 14.681970642123895;
 
 /// A disc of radius 1 with its fixed vertices and the radius of the circle on which it is fixed.
-struct Plate {
-    sheet: Arc<Sheet>,
-    pins: Pins,
-    radius: f64,
-    material: Material,
+pub struct Plate {
+    pub sheet: Arc<Sheet>,
+    pub pins: Pins,
+    pub radius: f64,
+    pub material: Material,
 }
 
-fn plate(vertices: usize, boundary: Boundary) -> Outcome<Plate> {
+/// The plate on a mesh of so many vertices.
+pub fn plate(vertices: usize, boundary: Boundary) -> Outcome<Plate> {
     let sheet = Arc::new(generate(&Shape::Disc { radius: 1.0 }, vertices, 1)?);
     let mut fixed = sheet.boundary().to_vec();
     let mut radius = 1.0;

@@ -20,7 +20,7 @@ pub(super) struct FollowArgs {
     #[command(flatten)]
     scene: SceneArgs,
     /// The key of the scene that is the parameter, as `--set` has it: a load, a pressure, a modulus, a
-    /// displacement of pins. With `time` it is the time at which ramps and growth are evaluated.
+    /// displacement of pins, a parameter of a law. With `time` it is the time at which ramps and growth are evaluated.
     #[arg(long, value_name = "KEY")]
     along: String,
     /// Its value at the start; by default that of the scene.
@@ -59,9 +59,11 @@ pub(super) struct FollowArgs {
     /// With `--switch`: follow those branches both ways.
     #[arg(long, requires = "switch")]
     both_ways: bool,
-    /// What the diagram shows: displacement, mean-x, mean-y, mean-z, height, area, volume. The table has all.
-    #[arg(long, value_name = "MEASURE", default_value = "displacement")]
-    measure: Measure,
+    /// What the diagram shows: along-mode, along-load, displacement, mean-x, mean-y, mean-z, height, area, volume,
+    /// species (mean of the first one); by default the displacement along the first critical mode with `--switch`, and else that
+    /// along the load. The table has all.
+    #[arg(long, value_name = "MEASURE")]
+    measure: Option<Measure>,
     /// Directory for the results; by default the scene's name with the time.
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -84,7 +86,7 @@ Examples:
 
 Written are branch.csv (a row for every point: arc length, key, energy, negative eigenvalues, measures, event), frames
 (sheet.pvd; their time is the number of the row) and the diagram branch.png and branch.svg: stable parts solid, unstable
-ones dashed, folds and bifurcations marked. Ctrl-C ends after the step with all files complete. Not followed: scenes with species, contact or constraints.";
+ones dashed, folds and bifurcations marked. Ctrl-C ends after the step with all files complete. Not followed: scenes with contact, constraints or remodelling.";
 
 pub(super) fn run(args: &FollowArgs) -> Result<()> {
     args.scene.with_threads(|| run_in_pool(args))
@@ -113,7 +115,11 @@ fn run_in_pool(args: &FollowArgs) -> Result<()> {
     let mut done = Found::default();
     let outcome = follow.run(&directory, &mut listener, interrupt).map(|found| {
         done = found;
-        format!("{} points on {} branches", done.points, done.branches)
+        format!(
+            "{} on {}",
+            plural(done.points, "point", "points"),
+            plural(done.branches, "branch", "branches")
+        )
     });
     let interrupted = matches!(outcome, Err(Error::Solve(SolveError::Interrupted)));
     let ended = end(directory.claim(), outcome);
@@ -171,10 +177,6 @@ fn listener(quiet: bool) -> impl FnMut(News<'_>) {
 const PROGRESS_INTERVAL: Duration = Duration::from_secs(5);
 
 fn print_summary(done: &Found, directory: &ResultDirectory, format: crate::output::Format) {
-    let plural = |count: usize, one: &str, more: &str| match count {
-        1 => format!("1 {one}"),
-        count => format!("{count} {more}"),
-    };
     say!(
         "{} on {}, {}",
         plural(done.points, "point", "points"),
@@ -188,6 +190,10 @@ fn print_summary(done: &Found, directory: &ResultDirectory, format: crate::outpu
         picture.display(),
         directory.index(format).display()
     );
+}
+
+fn plural(count: usize, one: &str, more: &str) -> String {
+    if count == 1 { format!("1 {one}") } else { format!("{count} {more}") }
 }
 
 fn finite(text: &str) -> Result<f64, String> {

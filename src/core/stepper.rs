@@ -10,7 +10,7 @@ use crate::geometry::VertexArea;
 use crate::model::{Evaluation, Model, State};
 use crate::record::{Malformed, Record};
 use crate::solve::equilibrium::Relaxation;
-use crate::solve::{Integrator, Result, SolveError, StepReport, Workspace};
+use crate::solve::{Integrator, Result, SolveError, StepReport, Workspace, chemistry};
 
 pub use breakpoints::Breakpoints;
 
@@ -98,6 +98,17 @@ impl Stepper {
         self.check_start()?;
         self.hold();
         self.workspace.relax(&mut self.state)
+    }
+
+    /// Brings the shape and the chemistry towards a rest of both, at the time of the state.
+    ///
+    /// # Errors
+    /// As for [`Stepper::relax`], and where the chemistry comes to no rest.
+    pub fn settle(&mut self) -> Result<Relaxation> {
+        self.check()?;
+        self.check_start()?;
+        self.hold();
+        chemistry::settle(&mut self.workspace, &mut self.state)
     }
 
     /// Sets the values that effects hold.

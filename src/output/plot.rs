@@ -44,6 +44,32 @@ pub struct Panel {
     pub zeros: Vec<(usize, f64)>,
 }
 
+/// The shape of marks that stand alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mark {
+    /// A triangle that points up.
+    Triangle,
+    /// A square.
+    Square,
+}
+
+impl Mark {
+    /// Its corners around a point, in pixels to the right and down.
+    fn corners(self) -> Vec<(i32, i32)> {
+        match self {
+            Self::Triangle => vec![(0, -8), (7, 5), (-7, 5)],
+            Self::Square => vec![(-5, -5), (5, -5), (5, 5), (-5, 5)],
+        }
+    }
+}
+
+/// How the points of a name are drawn.
+enum Style {
+    Line,
+    Guide(usize),
+    Mark(Mark),
+}
+
 /// Panels side by side with one legend.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Figure {
@@ -51,6 +77,8 @@ pub struct Figure {
     pub names: Vec<String>,
     /// How many of the names, the last ones, are of lines to compare with: grey and dashed, without marks.
     pub guides: usize,
+    /// Names whose points stand alone, with the shape of their marks, black.
+    pub marks: Vec<(usize, Mark)>,
     /// Panels, row by row.
     pub panels: Vec<Panel>,
     /// Panels in a row.
@@ -82,9 +110,15 @@ fn dashed(guide: usize) -> (ShapeStyle, i32, i32) {
 }
 
 impl Figure {
-    /// Which guide a name is of, if it is of one.
-    fn guide(&self, name: usize) -> Option<usize> {
-        name.checked_sub(self.names.len().saturating_sub(self.guides))
+    /// How a name is drawn; guides by their numbers.
+    fn style(&self, name: usize) -> Style {
+        match name.checked_sub(self.names.len().saturating_sub(self.guides)) {
+            Some(guide) => Style::Guide(guide),
+            None => {
+                let mark = self.marks.iter().find(|(marked, _)| *marked == name);
+                mark.map_or(Style::Line, |(_, mark)| Style::Mark(*mark))
+            }
+        }
     }
 
     /// What the legend has: every curve, and the guides that are drawn.
@@ -93,7 +127,8 @@ impl Figure {
             let mut curves = self.panels.iter().flat_map(|panel| &panel.curves);
             curves.any(|curve| curve.name == k && !curve.points.is_empty())
         };
-        (0..self.names.len()).filter(|k| self.guide(*k).is_none() || drawn(*k)).collect()
+        let guide = |k: usize| matches!(self.style(k), Style::Guide(_));
+        (0..self.names.len()).filter(|k| !guide(*k) || drawn(*k)).collect()
     }
 
     fn size(&self) -> (usize, usize) {
@@ -140,15 +175,20 @@ impl Figure {
         let rows = self.panels.len().div_ceil(self.columns.max(1));
         let (panels, legend) = area.split_vertically(index(PANEL.1 * rows));
         for (panel, area) in self.panels.iter().zip(panels.split_evenly((rows, self.columns))) {
-            panel.draw(&area, &|name| self.guide(name))?;
+            panel.draw(&area, &|name| self.style(name))?;
         }
         for (row, k) in self.shown().into_iter().enumerate() {
             let y = i32::try_from(row * LINE + LINE / 2).unwrap_or(0);
             let ends = [(20, y), (50, y)];
-            match self.guide(k).map(dashed) {
-                None => legend.draw(&PathElement::new(ends, colour(k).stroke_width(3))),
-                Some((style, dash, gap)) => {
+            match self.style(k) {
+                Style::Line => legend.draw(&PathElement::new(ends, colour(k).stroke_width(3))),
+                Style::Guide(guide) => {
+                    let (style, dash, gap) = dashed(guide);
                     legend.draw(&DashedPathElement::new(ends, dash, gap, style))
+                }
+                Style::Mark(mark) => {
+                    let corners = mark.corners().into_iter().map(|(x, down)| (x + 35, y + down));
+                    legend.draw(&Polygon::new(corners.collect::<Vec<_>>(), BLACK.filled()))
                 }
             }
             .map_err(refused)?;
@@ -161,14 +201,14 @@ impl Figure {
 
 type Chart<'a, 'b> = ChartContext<'a, Canvas<'b>, Cartesian2d<Axis, Axis>>;
 
-/// Which guide a name is of, if it is of one.
-type Guides<'a> = &'a dyn Fn(usize) -> Option<usize>;
+/// How a name is drawn.
+type Styles<'a> = &'a dyn Fn(usize) -> Style;
 
 impl Panel {
     fn draw(
         &self,
         area: &DrawingArea<Canvas<'_>, plotters::coord::Shift>,
-        guides: Guides<'_>,
+        styles: Styles<'_>,
     ) -> Result<(), OutputError> {
         let (across, up) = self.logarithmic;
         let all = || self.curves.iter().flat_map(|c| c.known(self.logarithmic));
@@ -190,7 +230,7 @@ impl Panel {
         let axis = |range: Range<f64>, logarithmic| {
             if logarithmic { Axis::Logarithmic(log(range)) } else { Axis::Linear(range.into()) }
         };
-        self.on(area, (axis(x, across), axis(y, up)), &edges, guides)
+        self.on(area, (axis(x, across), axis(y, up)), &edges, styles)
     }
 
     fn on(
@@ -198,7 +238,7 @@ impl Panel {
         area: &DrawingArea<Canvas<'_>, plotters::coord::Shift>,
         (x, y): (Axis, Axis),
         edges: &(Range<f64>, Range<f64>),
-        guides: Guides<'_>,
+        styles: Styles<'_>,
     ) -> Result<(), OutputError> {
         let mut chart = ChartBuilder::on(area)
             .margin(12)
@@ -241,10 +281,21 @@ impl Panel {
                 continue;
             }
             let points: Vec<(f64, f64)> = points.iter().filter(seen).copied().collect();
-            if let Some((style, dash, gap)) = guides(*name).map(dashed) {
-                let line = DashedLineSeries::new(points, dash, gap, style);
-                chart.draw_series(line).map_err(refused)?;
-                continue;
+            match styles(*name) {
+                Style::Line => {}
+                Style::Guide(guide) => {
+                    let (style, dash, gap) = dashed(guide);
+                    let line = DashedLineSeries::new(points, dash, gap, style);
+                    chart.draw_series(line).map_err(refused)?;
+                    continue;
+                }
+                Style::Mark(mark) => {
+                    let mark = |at: &(f64, f64)| {
+                        EmptyElement::at(*at) + Polygon::new(mark.corners(), BLACK.filled())
+                    };
+                    chart.draw_series(points.iter().map(mark)).map_err(refused)?;
+                    continue;
+                }
             }
             // Earlier curves are broader: they show beside later ones that cover them.
             let broader = index(4 * (self.curves.len() - 1 - number) / self.curves.len());

@@ -20,6 +20,7 @@ use crate::problem::{Law, Part, Problem, ProblemError, rest_areas};
 use crate::reduction::Communicator;
 use crate::scene::{Scene, SheetSource};
 use crate::sheet::{self, Part as SheetPart, Sheet, Surface};
+use crate::tally::Tally;
 use crate::{Stepper, Vec3};
 
 /// The material of a scene on its sheet.
@@ -180,14 +181,21 @@ fn fields(scene: &Scene, stepper: &Stepper, material: Option<&Elasticity>) -> Re
     Fields::new(scene, model, stepper.area.clone(), &rest_area, material)
 }
 
-/// The model of the effects of `scene` on `sheet`, which is that of the scene, without any law; and its start.
+/// The model of `scene` on `sheet`, which is that of the scene, with the shape at rest and no species. Its work is counted
+/// with `tally`.
 ///
 /// # Errors
 /// What does not fit, with its place in the scene.
-pub(super) fn mechanical_model(scene: &Scene, sheet: &Arc<Sheet>) -> Result<(Model, State)> {
+pub(super) fn model(
+    scene: &Scene,
+    sheet: &Arc<Sheet>,
+    (search, tally): (&Search, &Tally),
+) -> Result<(Model, State)> {
     let material = material(scene, sheet)?;
-    let problem = problem(scene, sheet, material.as_ref(), None, None)?.reading(&read_surface);
-    problem.model().map_err(|error| placed(scene, &error))
+    let laws = laws::load(scene, search, &mut Vec::new())?;
+    let problem = problem(scene, sheet, material.as_ref(), laws.as_ref(), None)?;
+    let problem = problem.reading(&read_surface);
+    problem.counted_with(tally.clone()).model().map_err(|error| placed(scene, &error))
 }
 
 /// The problem that `scene` states.

@@ -11,7 +11,7 @@ use crate::output::{Field, Frame};
 use crate::solve::stability::{Mode, Spectrum, Stability};
 
 /// Unit of eigenvalues: stiffness per rest area.
-const UNIT: &str = "force/length^3";
+pub(super) const UNIT: &str = "force/length^3";
 
 /// What is known about the stability of a state.
 #[derive(Debug, Clone, PartialEq)]

@@ -69,9 +69,9 @@ fn a_free_sphere_around_a_content_shrinks_by_lames_formula() {
     let Material { young, poisson, thickness } = MATERIAL;
     let c = radius * radius * (1.0 - poisson) / (2.0 * young * thickness);
     let exact = 10.0 * c / (1.0 + 3.0 * BULK * c / radius);
-    let mean = last.x.iter().map(|x| radius - x.norm()).sum::<f64>() / last.x.len() as f64;
+    let mean = last.at.x.iter().map(|x| radius - x.norm()).sum::<f64>() / last.at.x.len() as f64;
     assert!((mean / exact - 1.0).abs() < 0.02, "{mean} {exact}");
     // It has not drifted.
-    let centre = last.x.iter().sum::<rumple::Vec3>() / last.x.len() as f64;
+    let centre = last.at.x.iter().sum::<rumple::Vec3>() / last.at.x.len() as f64;
     assert!(centre.norm() < 1e-9, "{centre}");
 }

@@ -6,6 +6,7 @@ mod known_answers;
 
 mod branches;
 mod cantilevers;
+mod caps;
 mod chemistry;
 mod contact;
 mod growth;
@@ -13,6 +14,7 @@ mod membranes;
 mod plates;
 mod remodelling;
 mod shells;
+mod steady;
 mod strips;
 
 use known_answers::{Outcome, Sample};

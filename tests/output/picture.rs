@@ -58,6 +58,7 @@ fn points_that_cannot_be_shown_are_left_out() {
     };
     let figure = Figure {
         guides: 0,
+        marks: Vec::new(),
         names: vec!["one & only".into()],
         panels: vec![
             panel((false, true), &points),
@@ -80,6 +81,7 @@ fn lines_to_compare_with_are_grey_and_dashed() {
     let curve = |name, up| Curve { name, points: vec![(1.0, up), (2.0, up)] };
     let figure = |guides| Figure {
         guides,
+        marks: Vec::new(),
         names: vec!["measured".into(), "wanted".into()],
         panels: vec![Panel {
             title: "what".into(),
@@ -103,6 +105,7 @@ fn lines_to_compare_with_are_grey_and_dashed() {
 fn zeros_lie_at_the_lower_edge_and_only_what_is_drawn_is_in_the_legend() {
     let figure = Figure {
         guides: 1,
+        marks: Vec::new(),
         names: vec!["measured".into(), "nowhere".into()],
         panels: vec![Panel {
             title: "error".into(),

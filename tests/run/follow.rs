@@ -107,7 +107,17 @@ fn an_arch_is_followed_through_both_folds() {
     let svg = fs::read_to_string(root.join("branch.svg")).unwrap();
     assert!(svg.contains("unstable") && svg.contains("fold") && !svg.contains("bifurcation"));
     assert!(root.join("report.html").is_file() && root.join("provenance.json").is_file());
-    assert!(fs::read_to_string(root.join("status.json")).unwrap().contains("\"complete\""));
+    let status = fs::read_to_string(root.join("status.json")).unwrap();
+    let status: serde_json::Value = serde_json::from_str(&status).unwrap();
+    assert_eq!(status["status"], "complete");
+    for count in ["steps", "iterations", "gradients", "hessians", "factorisations", "solves"] {
+        assert!(status["work"][count].as_u64().unwrap() > 10, "{count}: {status}");
+    }
+    // What gives way to the load does so along it.
+    let along = "mean displacement along the load [length]";
+    let pressed =
+        |k: usize| number(&rows[k], along) + number(&rows[k], "mean displacement along z [length]");
+    assert!((1..rows.len()).all(|k| pressed(k).abs() < 0.1 * number(&rows[k], along)));
     // The shape beyond the second fold is one that a run finds at rest.
     let state = format!("arch/frames/frame_{:06}.vtu", rows.len() - 1);
     let set = format!("{LOAD}=-2e-3");
@@ -148,7 +158,7 @@ fn a_column_is_left_for_the_bent_one() {
     let folder = folder(&scene.replace("\n[time]", held));
     let key = "effect[3].displacement[0]";
     let args = ["follow", "scene.toml", "--along", key, "--to", "-0.0015", "--switch"];
-    let more = ["--both-ways", "--longest-step", "0.3", "--measure", "height", "-o", "bent"];
+    let more = ["--both-ways", "--longest-step", "0.3", "-o", "bent"];
     let out = rumple(folder.path(), &[&args[..], &more].concat());
     assert!(out.status.success(), "{}", text(&out.stderr));
     let rows = table(&folder.path().join("bent"));
@@ -168,11 +178,20 @@ fn a_column_is_left_for_the_bent_one() {
         assert_eq!((last["event"].as_str(), last["negative eigenvalues"].as_str()), ("end", "0"));
         // A = (2L/π) √(ε - ε_cr).
         let strain = (0.0015 + found) / 10.0;
+        let amplitude = number(last, "amplitude of the critical mode");
+        assert!((amplitude.abs() / number(last, "height [length]") - 1.0).abs() < 0.02);
         let height = number(last, "height [length]");
         assert!((height / (20.0 / std::f64::consts::PI * strain.sqrt()) - 1.0).abs() < 0.03);
         number(last, "mean displacement along z [length]")
     });
     assert!((means[0] + means[1]).abs() < 1e-6 * means[0].abs(), "{means:?}");
+    // The diagram has a sign, and tells stable from unstable without colours.
+    let amplitudes =
+        ["1", "2"].map(|branch| number(of(branch)[5], "amplitude of the critical mode"));
+    assert!(amplitudes[0] > 0.0 && amplitudes[1] < 0.0, "{amplitudes:?}");
+    assert!(straight.iter().all(|row| number(row, "amplitude of the critical mode").abs() < 1e-6));
+    let svg = fs::read_to_string(folder.path().join("bent/branch.svg")).unwrap();
+    assert!(svg.contains("stable (solid)") && svg.contains("unstable (dashed)"));
 }
 
 /// The time of a ramp in place of the load: the same branch.
@@ -220,7 +239,12 @@ fn what_has_no_branch_is_refused() {
         &["a table or a list", "effect[4].force.per-area[0]"],
     );
     refused(&along("effect.bending.curvature"), &["leaves this key out", "--from"]);
-    refused(&along("time.until"), &["no force and no pin depends on this key"]);
+    refused(&along("time.until"), &["scene.toml", "equilibria do not depend", "a run goes"]);
+    refused(&along("load.force.per-area[2]"), &["did you mean effect.load.force.per-area[2]?"]);
+    refused(
+        &along("material.drag"),
+        &["scene.toml", "how fast a sheet moves", "a load, a modulus"],
+    );
     refused(&along("material.thickness=0.1"), &["a key alone"]);
     refused(&["--along", "material.thickness", "--to", "0.1"], &["both 0.1"]);
     refused(&["--along", "material.thickness", "--to", "-1"], &["must be a number above 0"]);
@@ -231,8 +255,38 @@ fn what_has_no_branch_is_refused() {
         fs::write(folder.path().join("scene.toml"), scene).unwrap();
         refused(&along("material.thickness"), words);
     };
-    with("[[effect]]\nkind = \"contact\"\ndistance = 0.01\n", &["effect contact"]);
-    with("[kinetics]\nrates.c = \"1 - c\"\n", &["species", "kinetics"]);
+    with(
+        "[[effect]]\nkind = \"contact\"\ndistance = 0.01\n",
+        &["scene.toml", "effect[5]", "kinks"],
+    );
+}
+
+/// A law without space, through both folds of its cubic, and its state in frames.
+#[test]
+fn a_bistable_law_is_followed_along_its_parameter() {
+    let folder = folder(include_str!("../../models/kinetics/bistable.toml"));
+    let along = ["follow", "scene.toml", "--along", "kinetics.parameters.a", "--to", "4"];
+    let out = rumple(folder.path(), &[&along[..], &["-o", "bistable"]].concat());
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let root = folder.path().join("bistable");
+    let rows = table(&root);
+    let folds: Vec<usize> = (0..rows.len()).filter(|k| rows[*k]["event"] == "fold").collect();
+    let [up, back] = folds[..] else { panic!("{folds:?}") };
+    for (fold, a, c) in [(up, 2.0, -1.0), (back, -2.0, 1.0)] {
+        assert!((number(&rows[fold], "kinetics.parameters.a") - a).abs() < 1e-6);
+        assert!((number(&rows[fold], "mean c") - c).abs() < 1e-3);
+    }
+    for (k, row) in rows.iter().enumerate().filter(|(k, _)| !folds.contains(k)) {
+        let [a, c] = ["kinetics.parameters.a", "mean c"].map(|title| number(row, title));
+        assert!((a + 3.0 * c - c.powi(3)).abs() < 1e-6, "{k}");
+        let grows = f64::from(u8::from((up + 1..back).contains(&k)));
+        assert_eq!(number(row, "negative eigenvalues"), grows, "{k}");
+    }
+    assert!(fs::read_to_string(root.join("branch.svg")).unwrap().contains("mean c"));
+    // No rate reads it.
+    let more = ["--along", "time.until", "--to", "2", "-o", "no"];
+    let out = rumple(folder.path(), &[&["follow", "scene.toml"], &more[..]].concat());
+    assert_eq!(out.status.code(), Some(2), "{}", text(&out.stderr));
 }
 
 /// Ctrl-C ends between two points, with all files whole.

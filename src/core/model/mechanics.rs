@@ -59,6 +59,8 @@ pub struct MechanicsParts {
     /// Whether the sheet moves in its plane z = const: z is fixed at every vertex, and matrices have two
     /// unknowns a vertex. As pinning z everywhere, and less work.
     pub planar: bool,
+    /// Where its work is counted.
+    pub tally: Tally,
 }
 
 impl Mechanics {
@@ -79,7 +81,7 @@ impl Mechanics {
     /// # Errors
     /// A rest state with edges or triangles of no size.
     pub fn of(sheet: Arc<Sheet>, parts: MechanicsParts) -> Result<Arc<Self>, SheetError> {
-        let MechanicsParts { terms, mut pins, prescribed, constraints, planar } = parts;
+        let MechanicsParts { terms, mut pins, prescribed, constraints, planar, tally } = parts;
         pins.resize(sheet.vertex_count(), [false; 3]);
         if planar {
             pins.iter_mut().for_each(|fixed| fixed[2] = true);
@@ -89,7 +91,7 @@ impl Mechanics {
         let pinned = (0..pins.len()).filter(|&i| pins[i].contains(&true)).collect();
         let names = numbered(terms.iter().map(|e| e.name()));
         let constraint_names = numbered(constraints.iter().map(|e| e.name()));
-        let (pattern, tally) = (OnceLock::new(), Tally::default());
+        let pattern = OnceLock::new();
         let meters = names.iter().map(|name| counters::of_energy(&tally, name)).collect();
         Ok(Arc::new(Self {
             sheet,

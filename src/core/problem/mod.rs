@@ -44,6 +44,7 @@ use crate::solve::equilibrium::LbfgsSpec;
 use crate::solve::staggered::StaggeredSpec;
 use crate::solve::{EquilibriumSpec, IntegratorSpec, Workspace};
 use crate::stepper::{Breakpoints, Stepper};
+use crate::tally::Tally;
 pub use error::{Part, ProblemError};
 use setup::Bound;
 
@@ -117,6 +118,7 @@ pub struct Problem<'a> {
     integrator: Given<'a, dyn IntegratorSpec>,
     equilibrium: Given<'a, dyn EquilibriumSpec>,
     read: Option<&'a ReadSurface<'a>>,
+    tally: Tally,
 }
 
 impl<'a> Problem<'a> {
@@ -134,6 +136,7 @@ impl<'a> Problem<'a> {
             integrator: Given::Own(Box::new(StaggeredSpec::default())),
             equilibrium: Given::Own(Box::new(LbfgsSpec::default())),
             read: None,
+            tally: Tally::default(),
         }
     }
 
@@ -210,6 +213,12 @@ impl<'a> Problem<'a> {
     #[must_use]
     pub fn reading(self, read: &'a ReadSurface<'a>) -> Self {
         Self { read: Some(read), ..self }
+    }
+
+    /// Counts the work with `tally`, which several problems may share.
+    #[must_use]
+    pub fn counted_with(self, tally: Tally) -> Self {
+        Self { tally, ..self }
     }
 
     /// Both as a scene has them.

@@ -173,6 +173,7 @@ impl Problem<'_> {
         };
         let mut all = Bound::default();
         all.mechanics.planar = self.planar;
+        all.mechanics.tally = self.tally.clone();
         all.mechanics.pins = vec![[false; 3]; self.sheet.vertex_count()];
         for (number, spec) in self.effects.iter().enumerate() {
             let effect = spec.build(&context).map_err(|e| ProblemError {

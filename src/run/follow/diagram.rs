@@ -1,20 +1,20 @@
 //! The diagram of branches: a measure and the energy over the key, stable parts solid and others dashed.
 
 use super::record::Row;
-use crate::output::plot::{Curve, Figure, Panel};
+use crate::output::plot::{Curve, Figure, Mark, Panel};
 
 /// Names of the legend; the last one is drawn as a guide, dashed.
 const NAMES: [&str; 4] =
-    ["stable", "fold", "bifurcation", "unstable: the Hessian has negative eigenvalues"];
+    ["stable (solid)", "fold", "bifurcation", "unstable (dashed): some disturbances grow"];
 const STABLE: usize = 0;
 const FOLD: usize = 1;
 const BIFURCATION: usize = 2;
 const UNSTABLE: usize = 3;
 
-/// The diagram of `rows`; `key` is the title of the parameter, `measure` that of their measure.
-pub(super) fn figure(rows: &[Row], key: &str, measure: &str) -> Figure {
-    let of = |value: fn(&Row) -> f64| lines(rows, value).into_iter().chain(marks(rows, value));
-    let used: Vec<usize> = of(|row| row.measure).map(|curve| curve.name).collect();
+/// The diagram of `rows`; `key` is the title of the parameter, `measure` the title of a measure with its column.
+pub(super) fn figure(rows: &[Row], key: &str, (measure, column): (&str, usize)) -> Figure {
+    let measured = |row: &Row| row.measures[column];
+    let used: Vec<usize> = curves(rows, measured).map(|curve| curve.name).collect();
     // The guide stays, as the last one.
     let shown = (0..NAMES.len()).filter(|name| used.contains(name) || *name == UNSTABLE);
     let shown: Vec<usize> = shown.collect();
@@ -22,22 +22,34 @@ pub(super) fn figure(rows: &[Row], key: &str, measure: &str) -> Figure {
         let name = shown.iter().position(|name| *name == curve.name).unwrap_or_default();
         Curve { name, ..curve }
     };
-    let panel = |title: &str, value: fn(&Row) -> f64| Panel {
+    let panel = |title: &str, curves: &mut dyn Iterator<Item = Curve>| Panel {
         title: title.to_owned(),
         across: key.to_owned(),
-        curves: of(value).map(renamed).collect(),
+        curves: curves.map(renamed).collect(),
         ..Panel::default()
     };
     Figure {
         names: shown.iter().map(|name| NAMES[*name].to_owned()).collect(),
         guides: 1,
-        panels: vec![panel(measure, |row| row.measure), panel("energy [energy]", |row| row.energy)],
+        marks: [(FOLD, Mark::Triangle), (BIFURCATION, Mark::Square)]
+            .into_iter()
+            .filter_map(|(name, mark)| Some((shown.iter().position(|n| *n == name)?, mark)))
+            .collect(),
+        panels: vec![
+            panel(measure, &mut curves(rows, measured)),
+            panel("energy [energy]", &mut curves(rows, |row| row.energy)),
+        ],
         columns: 2,
     }
 }
 
+/// Lines and marks of one number of the rows.
+fn curves(rows: &[Row], value: impl Fn(&Row) -> f64 + Copy) -> impl Iterator<Item = Curve> {
+    lines(rows, value).into_iter().chain(marks(rows, value))
+}
+
 /// Pieces of branches, which end where their stability changes.
-fn lines(rows: &[Row], value: fn(&Row) -> f64) -> Vec<Curve> {
+fn lines(rows: &[Row], value: impl Fn(&Row) -> f64) -> Vec<Curve> {
     let mut curves: Vec<Curve> = Vec::new();
     let mut open = false;
     for pair in rows.windows(2) {
@@ -60,13 +72,14 @@ fn lines(rows: &[Row], value: fn(&Row) -> f64) -> Vec<Curve> {
 }
 
 /// Folds and bifurcations.
-fn marks(rows: &[Row], value: fn(&Row) -> f64) -> impl Iterator<Item = Curve> + '_ {
-    rows.iter().filter_map(move |row| {
+fn marks(rows: &[Row], value: impl Fn(&Row) -> f64) -> Vec<Curve> {
+    let mark = |row: &Row| {
         let name = match row.event {
             super::record::FOLD => FOLD,
             super::record::BIFURCATION => BIFURCATION,
             _ => return None,
         };
         Some(Curve { name, points: vec![(row.parameter, value(row))] })
-    })
+    };
+    rows.iter().filter_map(mark).collect()
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use toml::Value;
 
+use super::refusals;
 use crate::run::{Error, Result};
 use crate::scene::{Scene, path_to};
 
@@ -15,6 +16,8 @@ pub(super) const OPTION: &str = "--along";
 pub struct Key {
     /// Its path as the user gives it.
     pub path: String,
+    /// The same with list elements by their numbers.
+    pub target: String,
     /// Its value in the scene, if that has one.
     pub value: Option<f64>,
     /// Whether it is the time at which ramps and growth are evaluated, in place of a key.
@@ -42,20 +45,24 @@ impl Key {
             );
             return Err(Error::Refused(message));
         }
-        let mut key = Self { path: path.to_owned(), value: None, is_time: path == TIME };
+        let target = path.to_owned();
+        let mut key = Self { path: path.to_owned(), target, value: None, is_time: path == TIME };
         if key.is_time {
             return Ok(Self { value: Some(0.0), ..key });
+        }
+        let scene = Scene::load(file, set)?;
+        if let Some(error) = refusals::misplaced(&scene, path) {
+            return Err(error);
         }
         let over = key.set(value);
         let target = Scene::targets_by(file, set, &over, OPTION)?.pop().unwrap_or_default();
         if target == "sheet" || target.starts_with("sheet.") {
-            let message = format!(
-                "{OPTION} {path}: it makes another mesh or another start, and a branch is one of equilibria on one \
-                 mesh; rumple sweep runs the scene over such a key"
-            );
-            return Err(Error::Refused(message));
+            let message = "it makes another mesh or another start, and a branch is one of equilibria on one mesh";
+            let help = "rumple sweep runs the scene over such a key";
+            return Err(scene.error_at(&target, message, Some(help)).into());
         }
-        let scene = Scene::load(file, set)?;
+        refusals::check_key(&scene, &target)?;
+        key.target.clone_from(&target);
         let found = leaves(&scene)?;
         let own = found.iter().find(|(path, _)| *path == target);
         match own {

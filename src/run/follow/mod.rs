@@ -5,6 +5,8 @@
 //! family    the potential of the scene at every value of it
 //! measures  numbers of a shape
 //! record    table, frames, diagram
+//! refusals  scenes and keys that have no branch
+//! walk      one branch after another
 //! ```
 //!
 //! The branches themselves are of [`crate::solve::continuation`].
@@ -14,8 +16,9 @@ mod family;
 mod key;
 mod measures;
 mod record;
+mod refusals;
+mod walk;
 
-use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -23,15 +26,16 @@ use self::family::SceneFamily;
 use self::key::Key;
 pub use self::measures::Measure;
 use self::record::Record;
+use super::costs::peak_resident;
 use super::{Error, Result, Simulation, inspect, provenance};
 use crate::Vec3;
 use crate::kinetics::Search;
-use crate::num::Short;
+use crate::model::State;
 use crate::output::{Interrupt, ResultDirectory};
 use crate::scene::Scene;
 use crate::sheet::Surface;
-use crate::solve::continuation::{Continuation, Event, Family, Point, Settings};
-use crate::solve::{Control, continuation};
+use crate::solve::Control;
+use crate::solve::continuation::{Continuation, Settings, Unknowns};
 
 /// What is followed, and how.
 #[derive(Debug, Clone)]
@@ -62,8 +66,9 @@ pub struct Request {
     pub switch: usize,
     /// Whether those are followed both ways.
     pub both_ways: bool,
-    /// What the diagram shows.
-    pub measure: Measure,
+    /// What the diagram shows: if not given the displacement along the critical mode where branches are switched, else that
+    /// along the load.
+    pub measure: Option<Measure>,
 }
 
 impl Request {
@@ -111,6 +116,7 @@ pub struct Follow {
     request: Request,
     key: Key,
     from: f64,
+    search: Search,
     /// The scene at the first value.
     pub scene: Scene,
     /// The same, set up.
@@ -128,10 +134,9 @@ impl Follow {
         let Request { scene: file, set, along, to, .. } = &request;
         let key = Key::read(file, set, along, request.from.unwrap_or(*to))?;
         let Some(from) = request.from.or(key.value) else {
-            let message = format!(
-                "--along {along}: the scene leaves this key out; give the value at which the branch begins by --from"
-            );
-            return Err(Error::Refused(message));
+            let message = "the scene leaves this key out";
+            let help = "give the value at which the branch begins by --from";
+            return Err(Scene::load(file, set)?.error_at(&key.target, message, Some(help)).into());
         };
         if from == *to {
             let message =
@@ -140,27 +145,15 @@ impl Follow {
         }
         request.check(from)?;
         let scene = Scene::varied_by(file, set, &key.set(from), key::OPTION)?;
-        if !scene.kinetics.is_empty() {
-            let message = "branches are those of mechanical equilibria, and this scene has species";
-            let help = "leave out [kinetics] and effects on species, or sweep over the key with rumple sweep";
-            return Err(scene.error_at("kinetics", message, Some(help)).into());
-        }
         let mut simulation = Simulation::new(&scene, search)?;
-        if !simulation.model().moves() {
-            let message = "no effect of the scene has an energy: every shape is an equilibrium";
-            return Err(scene.error_at("effect", message, None).into());
-        }
-        if let Some(term) = simulation.model().internal().first() {
-            let message = format!(
-                "branches are those of elastic equilibria, and the shape at rest of this scene changes with its history: {}",
-                term.name()
-            );
-            let help = "leave out remodelling";
-            return Err(scene.error_at("effect", &message, Some(help)).into());
-        }
-        continuation::check(simulation.model().mechanics())?;
-        if request.measure == Measure::Volume && simulation.sheet().boundary().contains(&true) {
+        refusals::check_scene(&scene, &simulation)?;
+        if request.measure == Some(Measure::Volume) && simulation.sheet().boundary().contains(&true)
+        {
             let message = "--measure volume: this sheet is open and encloses none; try height";
+            return Err(scene.error_at("sheet", message, None).into());
+        }
+        if request.measure == Some(Measure::Mode) && request.switch == 0 {
+            let message = "--measure along-mode: the mode is that of the first bifurcation with --switch; give that too";
             return Err(Error::Refused(message.into()));
         }
         let time = match request.time {
@@ -173,7 +166,8 @@ impl Follow {
             time => time.unwrap_or(scene.time.span.until.get()),
         };
         simulation.state_mut().time = time;
-        let follow = Self { request, key, from, scene, simulation, given: false };
+        let search = search.clone();
+        let follow = Self { request, key, from, search, scene, simulation, given: false };
         follow.check_dependence()?;
         Ok(follow)
     }
@@ -195,30 +189,26 @@ impl Follow {
             key: self.key.clone(),
             sheet: Arc::clone(self.simulation.sheet()),
             time: self.simulation.state().time,
+            tally: self.simulation.model().tally().clone(),
+            search: self.search.clone(),
         }
     }
 
     /// Refuses a key that no energy and no fixed direction depends on.
     fn check_dependence(&self) -> Result<()> {
-        let mut family = self.family();
-        let at = |family: &mut SceneFamily, parameter: f64| -> Result<(Vec<Vec3>, Vec<Vec3>)> {
-            let mut potential = family.potential(parameter)?;
-            // Not at rest, so that moduli matter.
-            let rest = self.simulation.sheet().rest();
-            let mut x: Vec<Vec3> =
-                rest.iter().map(|x| x + 0.01 * Vec3::new(x.y, x.z, x.x)).collect();
-            potential.mechanics().set_prescribed(potential.time(), &mut x);
-            let mut gradient = vec![Vec3::zeros(); x.len()];
-            potential.energy_gradient(&x, &mut gradient);
-            Ok((x, gradient))
-        };
-        if at(&mut family, self.from)? == at(&mut family, self.request.to)? {
-            let path = &self.request.along;
-            let message = format!(
-                "--along {path}: no force and no pin depends on this key; a branch is followed along a load, a modulus, a \
-                 displacement of pins, or along the time of ramps and growth"
-            );
-            return Err(Error::Refused(message));
+        let family = self.family();
+        // Not at rest, so that moduli and rates matter.
+        let rest = self.simulation.sheet().rest();
+        let x: Vec<Vec3> = rest.iter().map(|x| x + 0.01 * Vec3::new(x.y, x.z, x.x)).collect();
+        let mut at = Unknowns { x, species: self.simulation.state().species.clone() };
+        let chemistry = self.simulation.model().chemistry();
+        let described = chemistry.into_iter().flat_map(|c| &c.descriptor().species);
+        for (values, species) in at.species.iter_mut().zip(described) {
+            values.iter_mut().for_each(|c| *c += 0.01 * (c.abs() + species.typical));
+        }
+        if family.imbalance(self.from, &at)? == family.imbalance(self.request.to, &at)? {
+            let why = "no force, no pin and no rate depends on it";
+            return Err(refusals::without_effect(&self.scene, &self.key.target, why));
         }
         Ok(())
     }
@@ -247,127 +237,45 @@ impl Follow {
         provenance::record(&self.scene, None, &self.simulation, directory)?;
         let control = Control::new(move || interrupt.requested(), |_| ());
         self.simulation.set_control(control.clone());
-        if !self.given {
-            self.simulation.relax()?;
-        }
-        let start = (self.simulation.state().x.to_vec(), self.from);
-        let forward = self.request.to > self.from;
+        let mut found = Found::default();
         let (family, settings) = (self.family(), self.settings(&self.simulation));
-        let closed = !family.sheet.boundary().contains(&true);
-        let fields = (self.simulation.fields.clone(), &self.scene.output);
-        let record =
-            Record::new(directory, fields, &self.request.along, (self.request.measure, closed));
-        let branch = Continuation::new(family, start, forward, settings, &control)?;
-        let mut walk =
-            Walk { request: &self.request, branch, record, listener, found: Found::default() };
-        let outcome = walk.all();
-        // What there is of a branch that is lost is drawn as well.
-        let drawn = walk.record.write_diagram();
-        outcome?;
-        drawn?;
-        Ok(walk.found)
-    }
-}
-
-/// Branches that are being followed.
-struct Walk<'a> {
-    request: &'a Request,
-    branch: Continuation<SceneFamily>,
-    record: Record<'a>,
-    listener: &'a mut dyn FnMut(News<'_>),
-    found: Found,
-}
-
-impl Walk<'_> {
-    /// The first branch, and those that it is left for.
-    fn all(&mut self) -> Result<()> {
-        let start = self.branch.point().clone();
-        self.add(&[start])?;
-        let bifurcations = self.follow()?;
-        let ways: &[bool] = if self.request.both_ways { &[false, true] } else { &[false] };
-        let mut left: VecDeque<(Point, usize, bool)> = VecDeque::new();
-        for point in bifurcations.into_iter().take(self.request.switch) {
-            let Event::Bifurcation(modes) = &point.event else { continue };
-            let each = (0..modes.len()).flat_map(|k| ways.iter().map(move |way| (k, *way)));
-            left.extend(each.map(|(k, way)| (point.clone(), k, way)));
-        }
-        while let Some((point, mode, reverse)) = left.pop_front() {
-            self.found.branches += 1;
-            let first = self.branch.switch(&point, mode, reverse)?;
-            let start = Point { event: Event::Start, ..point };
-            self.add(&[start])?;
-            self.add(&first)?;
-            self.follow()?;
-        }
-        self.found.branches += 1;
-        Ok(())
-    }
-
-    /// Follows the branch to its end, or for so many steps; the bifurcations on it.
-    fn follow(&mut self) -> Result<Vec<Point>> {
-        let mut bifurcations = Vec::new();
-        for _ in 0..self.request.steps {
-            if self.branch.has_ended() {
-                break;
+        let Self { request, scene, simulation, from, given, .. } = self;
+        let (outcome, spent) = simulation.spend(|simulation| {
+            if !*given {
+                simulation.stepper.settle()?;
             }
-            let points = self.branch.advance()?;
-            self.add(&points)?;
-            bifurcations.extend(
-                points.into_iter().filter(|point| matches!(point.event, Event::Bifurcation(_))),
-            );
-        }
-        self.tell_end();
-        Ok(bifurcations)
-    }
-
-    /// Says where the branch ended, and why.
-    fn tell_end(&mut self) {
-        let Request { along, to, steps, .. } = self.request;
-        let (number, last) = (self.found.branches, self.branch.point().parameter);
-        let at = six_digits(last);
-        let text = if !self.branch.has_ended() {
-            format!(
-                "branch {number}: stops at {along} = {at} after {steps} steps; --steps lets it continue"
-            )
-        } else if last == *to {
-            format!("branch {number}: reaches {along} = {at}")
-        } else {
-            format!(
-                "branch {number}: leaves the range at {along} = {at}, and not at {to}; --within lets it continue"
-            )
-        };
-        (self.listener)(News::Event(&text));
-    }
-
-    /// Records `points`.
-    fn add(&mut self, points: &[Point]) -> Result<()> {
-        let number = self.found.branches;
-        self.record.add(self.branch.family(), number, points)?;
-        for point in points {
-            self.found.points += 1;
-            let what = match &point.event {
-                Event::Fold => "fold",
-                Event::Bifurcation(_) => "bifurcation",
-                _ => continue,
-            };
-            let [at, arc] = [point.parameter, point.arc].map(six_digits);
-            let key = &self.request.along;
-            let text = format!("branch {number}: {what} at {key} = {at}, arc length {arc}");
-            (self.listener)(News::Event(&text));
-            self.found.events.push(text);
-        }
-        if let Some(Point { parameter, negative, .. }) = points.last() {
-            let (key, at, count) = (&self.request.along, six_digits(*parameter), self.found.points);
-            let text = format!(
-                "branch {number}: {count} points, {key} = {at}, {negative} negative eigenvalues"
-            );
-            (self.listener)(News::Step(&text));
-        }
-        Ok(())
+            let State { x, species, .. } = simulation.state();
+            let start = Unknowns { x: x.to_vec(), species: species.clone() };
+            let load = load(&family, [*from, request.to], &start)?;
+            let fields = (simulation.fields.clone(), &scene.output);
+            let of = (&family, (&**simulation.model(), &start), load);
+            let record = Record::new(directory, fields, request, of);
+            let told = (listener, &mut found);
+            let forward = request.to > *from;
+            if species.is_empty() {
+                let start = (start.x, *from);
+                let branch = Continuation::new(family, start, forward, settings, &control)?;
+                walk::walk(request, branch, record, told)
+            } else {
+                let start = (start, *from);
+                let branch = Continuation::of_species(family, start, forward, settings, &control)?;
+                walk::walk(request, branch, record, told)
+            }
+        });
+        directory.claim().tell(|reached| {
+            reached.time = simulation.state().time;
+            reached.spent = spent;
+            reached.peak_resident_bytes = peak_resident(None);
+        });
+        outcome.map(|()| found)
     }
 }
 
-/// A number in six digits.
-fn six_digits(value: f64) -> Short {
-    Short(format!("{value:.5e}").parse().unwrap_or(value))
+/// The direction in which the key pushes the shape of `at` as it goes from one value to another: the difference of the
+/// forces, if there is one.
+fn load(family: &SceneFamily, ends: [f64; 2], at: &Unknowns) -> Result<Option<Vec<Vec3>>> {
+    let [before, _] = family.imbalance(ends[0], at)?;
+    let [after, _] = family.imbalance(ends[1], at)?;
+    let force = before.plus(-1.0, &after).x;
+    Ok(force.iter().any(|f| *f != Vec3::zeros()).then_some(force))
 }

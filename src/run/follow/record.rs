@@ -2,15 +2,20 @@
 //!
 //! Table and diagram are rewritten as a whole at every step: a command that is killed leaves files that open.
 
+use super::Request;
 use super::diagram;
 use super::family::SceneFamily;
-use super::measures::Measure;
-use crate::model::Memory;
+use super::measures::{Directions, Measure};
+use crate::Vec3;
+use crate::kinetics::Location;
+use crate::model::{Memory, Model};
 use crate::output::{Compression, OutputError, ResultDirectory, Series, atomic, vtu};
-use crate::run::stability::add_modes;
+use crate::output::{Field, Frame};
+use crate::run::fields::titled;
+use crate::run::stability::UNIT;
 use crate::run::{Fields, Result};
 use crate::scene::OutputSpec;
-use crate::solve::continuation::{Event, Point};
+use crate::solve::continuation::{CriticalMode, Event, Point, Unknowns};
 
 /// Words of the column of events.
 pub(super) const FOLD: &str = "fold";
@@ -23,10 +28,15 @@ pub(super) struct Row {
     pub(super) parameter: f64,
     pub(super) energy: f64,
     pub(super) negative: usize,
-    /// The one that the diagram shows.
-    pub(super) measure: f64,
+    /// Those of the table, in its order.
+    pub(super) measures: Vec<f64>,
     pub(super) event: &'static str,
+    /// What of the row stands before the measures.
     text: String,
+    /// What of it stands behind them, before the event.
+    behind: String,
+    /// The state, while it is not known yet along which mode its displacement is to be taken.
+    at: Unknowns,
 }
 
 impl Row {
@@ -43,6 +53,7 @@ fn word(event: &Event) -> &'static str {
         Event::Start => "start",
         Event::Fold => FOLD,
         Event::Bifurcation(_) => BIFURCATION,
+        Event::Passed(_) => "passed",
         Event::End => "end",
     }
 }
@@ -54,65 +65,122 @@ pub(super) struct Record<'a> {
     series: Series,
     compression: Compression,
     key: String,
-    shown: Measure,
+    /// What the diagram is asked to show.
+    shown: Option<Measure>,
     measures: Vec<Measure>,
+    directions: Directions,
+    family: SceneFamily,
+    /// Titles of the species.
+    species: Vec<String>,
     pub(super) rows: Vec<Row>,
 }
 
 impl<'a> Record<'a> {
-    /// In `directory`, with the `fields` of a scene in frames; the diagram shows the measure `shown` over `key`.
+    /// In `directory`, with the `fields` of a scene in frames, of the branches of `request` in `family` that begin at `start`,
+    /// where the key pushes along `load`.
     pub(super) fn new(
         directory: &'a ResultDirectory,
         (fields, output): (Fields, &OutputSpec),
-        key: &str,
-        (shown, closed): (Measure, bool),
+        request: &Request,
+        (family, model, load): (&SceneFamily, (&Model, &Unknowns), Option<Vec<Vec3>>),
     ) -> Self {
         let series = Series::create(directory, output.compression).in_format(output.format);
-        let measures = Measure::ALL.into_iter().filter(|m| closed || *m != Measure::Volume);
-        let (measures, rows) = (measures.collect(), Vec::new());
-        let (compression, key) = (output.compression, key.to_owned());
-        Self { directory, fields, series, compression, key, shown, measures, rows }
+        let closed = !family.sheet.boundary().contains(&true);
+        let has = |measure: &Measure| match measure {
+            Measure::Mode => request.switch > 0,
+            Measure::Load => load.is_some(),
+            Measure::Volume => closed,
+            Measure::Species(_) => false,
+            _ => true,
+        };
+        let (model, start) = model;
+        let titles = model.chemistry().map(|chemistry| {
+            chemistry.descriptor().species.iter().map(|s| titled(&s.name, &s.unit)).collect()
+        });
+        let species = (0..start.species.len()).map(Measure::Species);
+        let measures = Measure::ALL.into_iter().filter(has).chain(species).collect();
+        let (compression, key) = (output.compression, request.along.clone());
+        let (shown, rows, family) = (request.measure, Vec::new(), family.clone());
+        let directions = Directions { mode: None, species: start.species.clone(), load };
+        Self {
+            directory,
+            fields,
+            series,
+            compression,
+            key,
+            shown,
+            measures,
+            directions,
+            family,
+            species: titles.unwrap_or_default(),
+            rows,
+        }
     }
 
     /// Adds `points` of the branch number `branch`.
     ///
     /// # Errors
     /// Files that cannot be written.
-    pub(super) fn add(
-        &mut self,
-        family: &mut SceneFamily,
-        branch: usize,
-        points: &[Point],
-    ) -> Result<()> {
+    pub(super) fn add(&mut self, branch: usize, points: &[Point]) -> Result<()> {
         for point in points {
-            self.add_row(family, branch, point);
-            self.add_frame(family, point)?;
+            self.add_row(branch, point);
+            // A point has no shape to be seen.
+            if !self.family.sheet.triangles().is_empty() {
+                self.add_frame(point)?;
+            }
         }
         self.write_table()
     }
 
-    fn add_row(&mut self, family: &SceneFamily, branch: usize, point: &Point) {
-        let sheet = &family.sheet;
+    fn add_row(&mut self, branch: usize, point: &Point) {
+        let sheet = &self.family.sheet;
+        if let Event::Bifurcation(modes) = &point.event
+            && self.waits_for_mode()
+            && let Some(mode) = modes.first()
+        {
+            self.directions.mode = Some(mode.shape.clone());
+            for row in &mut self.rows {
+                row.measures[0] = Measure::Mode.of(sheet, &row.at, &self.directions);
+                row.at = Unknowns::default();
+            }
+        }
         let event = word(&point.event);
         let mut text = format!("{},{branch}", self.rows.len());
         let numbers = [point.arc, point.parameter, point.energy];
         numbers.iter().for_each(|value| text += &format!(",{value:e}"));
         text += &format!(",{}", point.negative);
-        let measures = self.measures.iter().map(|measure| measure.of(sheet, &point.x));
-        measures.for_each(|value| text += &format!(",{value:e}"));
-        text += &format!(",{},{:e},{event}\n", point.iterations, point.residual);
-        let measure = self.shown.of(sheet, &point.x);
+        let of = |measure: &Measure| measure.of(sheet, &point.at, &self.directions);
+        let measures = self.measures.iter().map(of).collect();
+        let behind = format!(",{},{:e}", point.iterations, point.residual);
+        let at = if self.waits_for_mode() { point.at.clone() } else { Unknowns::default() };
         let Point { parameter, energy, negative, .. } = *point;
-        self.rows.push(Row { branch, parameter, energy, negative, measure, event, text });
+        self.rows.push(Row {
+            branch,
+            parameter,
+            energy,
+            negative,
+            measures,
+            event,
+            text,
+            behind,
+            at,
+        });
+    }
+
+    /// Whether displacements are to be taken along a mode that is not known yet. It is the first of the measures.
+    fn waits_for_mode(&self) -> bool {
+        self.directions.mode.is_none() && self.measures.first() == Some(&Measure::Mode)
     }
 
     /// The frame of the last row; its time is the number of that. Modes go to a file of their own: all frames have the
     /// same fields.
-    fn add_frame(&mut self, family: &SceneFamily, point: &Point) -> Result<()> {
-        let (model, mut state) = family.model(point.parameter)?;
-        state.x = point.x.clone().into();
+    fn add_frame(&mut self, point: &Point) -> Result<()> {
+        let (model, mut state) = self.family.member(point.parameter)?;
+        state.x = point.at.x.clone().into();
+        state.species.clone_from(&point.at.species);
         let mut memory = Memory::default();
-        let mut frame = self.fields.frame(&mut model.at(&state, &mut memory))?;
+        let mut at = model.at(&state, &mut memory);
+        let mut frame = self.family.tally.uncounted(|| self.fields.frame(&mut at))?;
         let number = self.rows.len().saturating_sub(1);
         frame.time = crate::num::real(number);
         frame.step = number as u64;
@@ -126,14 +194,23 @@ impl<'a> Record<'a> {
         {
             let folder = self.directory.modes();
             std::fs::create_dir_all(&folder).map_err(OutputError::write(&folder))?;
-            add_modes(&mut frame, modes);
+            add_modes(&mut frame, &model, modes);
             vtu::write(&self.directory.mode(number), &frame, self.compression)?;
         }
         Ok(())
     }
 
+    /// The title of a measure, with the name and the unit of a species.
+    fn title(&self, measure: Measure) -> String {
+        match measure {
+            Measure::Species(k) => format!("mean {}", self.species[k]),
+            other => other.title().to_owned(),
+        }
+    }
+
     fn write_table(&self) -> Result<()> {
-        let measures: String = self.measures.iter().map(|m| format!(",{}", m.title())).collect();
+        let measures: String =
+            self.measures.iter().map(|m| format!(",{}", self.title(*m))).collect();
         let key = &self.key;
         let head = format!(
             "point,branch,arc length,{key},energy [energy],negative eigenvalues{measures},iterations,\
@@ -142,9 +219,24 @@ impl<'a> Record<'a> {
         let path = self.directory.branch();
         atomic::replace(&path, |writer| {
             writer.write_all(head.as_bytes())?;
-            self.rows.iter().try_for_each(|row| writer.write_all(row.text.as_bytes()))
+            self.rows.iter().try_for_each(|row| {
+                let Row { text, measures, behind, event, .. } = row;
+                let measures: String = measures.iter().map(|value| format!(",{value:e}")).collect();
+                writer.write_all(format!("{text}{measures}{behind},{event}\n").as_bytes())
+            })
         })?;
         Ok(())
+    }
+
+    /// The measure of the diagram: that asked for, or the first that has a sign and is known.
+    fn shown(&self) -> Measure {
+        let usual = match &self.directions {
+            Directions { mode: Some(_), .. } => Measure::Mode,
+            Directions { load: Some(_), .. } => Measure::Load,
+            Directions { species, .. } if !species.is_empty() => Measure::Species(0),
+            _ => Measure::Displacement,
+        };
+        self.shown.filter(|measure| self.measures.contains(measure)).unwrap_or(usual)
     }
 
     /// Writes the diagram.
@@ -155,12 +247,42 @@ impl<'a> Record<'a> {
         if self.rows.is_empty() {
             return Ok(());
         }
-        let figure = diagram::figure(&self.rows, &self.key, self.shown.title());
+        let shown = self.shown();
+        let column = self.measures.iter().position(|measure| *measure == shown);
+        let figure = diagram::figure(
+            &self.rows,
+            &self.key,
+            (&self.title(shown), column.unwrap_or_default()),
+        );
         let [svg, png] = self.directory.diagrams();
         let text = figure.svg()?;
         atomic::replace(&svg, |writer| writer.write_all(text.as_bytes()))?;
         let picture = figure.picture()?.png()?;
         atomic::replace(&png, |writer| writer.write_all(&picture))?;
         Ok(())
+    }
+}
+
+/// Adds critical modes to a frame: vectors of the shape where that moves, and changes of the species.
+fn add_modes(frame: &mut Frame<'_>, model: &Model, modes: &[CriticalMode]) {
+    let chemistry = model.chemistry();
+    let unit = if chemistry.is_some() { "1/time" } else { UNIT };
+    for (k, mode) in modes.iter().enumerate() {
+        let name = format!("mode_{}", k + 1);
+        frame.field_data.push((format!("eigenvalue of {name} [{unit}]"), mode.eigenvalue));
+        if chemistry.is_some() {
+            frame.field_data.push((format!("frequency of {name} [{unit}]"), mode.frequency));
+        }
+        if model.moves() {
+            frame.point.push(Field::vector(name.clone(), &mode.shape.x));
+        }
+        let Some(chemistry) = chemistry else { continue };
+        for (species, values) in chemistry.descriptor().species.iter().zip(&mode.shape.species) {
+            let field = Field::scalar(format!("{name} of {}", species.name), values.clone());
+            match chemistry.location() {
+                Location::Face => frame.cell.push(field),
+                _ => frame.point.push(field),
+            }
+        }
     }
 }

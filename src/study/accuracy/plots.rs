@@ -106,7 +106,7 @@ fn file_name(name: &str) -> String {
 fn figure(study: &Study, guides: &[&str], panels: Vec<Panel>, columns: usize) -> Figure {
     let curves = study.curves.iter().map(|line| line.name.as_str());
     let names = curves.chain(guides.iter().copied()).map(str::to_owned).collect();
-    Figure { names, guides: guides.len(), panels, columns }
+    Figure { names, guides: guides.len(), marks: Vec::new(), panels, columns }
 }
 
 /// The name of the line at the error that is wanted.
@@ -270,7 +270,7 @@ fn by_force_tolerance(study: &Study, case: &Case) -> Figure {
     let panels = Quantity::FIELDS.into_iter().filter_map(panel).collect();
     let name = study.curves.first().map_or("", |c| c.name.as_str());
     let names = tolerances.iter().map(|t| format!("{name}, {}", Power(*t))).collect();
-    Figure { names, guides: 0, panels, columns: 2 }
+    Figure { names, guides: 0, marks: Vec::new(), panels, columns: 2 }
 }
 
 /// Measures of the references of all cases against one of the other keys.

@@ -66,7 +66,7 @@ pub fn figure(members: &[Member]) -> Figure {
         };
         panel(species, "time", flat, curves(&values));
     }
-    Figure { names, guides: 0, panels, columns: 3 }
+    Figure { names, guides: 0, marks: Vec::new(), panels, columns: 3 }
 }
 
 /// Cost and largest distance of every member, at the edge where it has none: the reference and what

@@ -62,6 +62,12 @@ impl<F: Fn(usize) -> bool + Copy> KeyPlot<F> {
         let name =
             |(_, name): (Vec<usize>, String)| if name.is_empty() { alone.into() } else { name };
         let names = self.curves.into_iter().map(name).collect();
-        Figure { names, guides: 0, columns: panels.len().clamp(1, ACROSS), panels }
+        Figure {
+            names,
+            guides: 0,
+            marks: Vec::new(),
+            columns: panels.len().clamp(1, ACROSS),
+            panels,
+        }
     }
 }

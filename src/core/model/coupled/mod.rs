@@ -55,8 +55,21 @@ impl Coupled {
     /// The unknowns of `part`, weighed as the model says; species that move alone have storage.
     #[must_use]
     pub fn new(model: &Arc<Model>, part: Part) -> Self {
+        let still = model.storage().mechanics == 0.0 && part == Part::Whole;
+        Self::laid_out(model, part, still)
+    }
+
+    /// All unknowns, with the rigid motions held that no pin hinders, whatever has storage: what is solved for a steady
+    /// state.
+    #[must_use]
+    pub fn at_rest(model: &Arc<Model>) -> Self {
+        Self::laid_out(model, Part::Whole, true)
+    }
+
+    /// The unknowns of `part`; rigid motions are fixed where the shape is `still`.
+    fn laid_out(model: &Arc<Model>, part: Part, still: bool) -> Self {
         let storage = model.storage();
-        let layout = Layout::new(model, part, storage.mechanics == 0.0 && part == Part::Whole);
+        let layout = Layout::new(model, part, still);
         let weight = if part == Part::Chemistry { 1.0 } else { storage.chemistry };
         let mut mass = vec![0.0; layout.mechanical()];
         for (i, place) in layout.displacements().enumerate() {

@@ -22,6 +22,7 @@ pub(super) use steady::{Leap, SteadyChemistry};
 use serde::{Deserialize, Serialize};
 
 use self::chebyshev::{Chebyshev, Tolerance};
+use super::equilibrium::Relaxation;
 use super::monolithic::Monolithic;
 use super::{Result, SolveError, Workspace, counters, under_way};
 use crate::model::{Coupled, Part, State, TimeCourse};
@@ -36,6 +37,39 @@ const IMPLICIT: &str = "; a law or its diffusion is much faster than the run: ti
                         chemistry = \"bdf\" may take far less time";
 /// What sub-steps are called where their progress is reported.
 const CHEMISTRY: &str = "integrating the chemistry";
+
+/// Turns of [`settle`] at most: what is not at rest then is left to who asked for it.
+const TURNS: usize = 50;
+/// Tolerances of the steady chemistry in it, and the relative change in a turn that counts as none.
+const SETTLED: (f64, f64) = (1e-6, 1e-8);
+
+/// Brings the shape and the chemistry of `state` towards a rest of both, in turn: each while the other rests. A stable steady
+/// state is reached if the two are not strongly coupled, to some digits.
+///
+/// # Errors
+/// A relaxation or a search for a steady chemistry that fails; errors of the laws.
+pub fn settle(workspace: &mut Workspace, state: &mut State) -> Result<Relaxation> {
+    let mut done = workspace.relax(state)?;
+    let mut steady = SteadyChemistry::default();
+    for _ in 0..TURNS {
+        if workspace.model.chemistry().is_none() {
+            break;
+        }
+        let before = state.species.clone();
+        steady.solve(workspace, state, SETTLED, Leap::Allowed)?;
+        if workspace.model.moves() {
+            done.add(&workspace.relax(state)?);
+        }
+        let moved = |(now, then): (&Vec<f64>, &Vec<f64>)| {
+            let size = then.iter().fold(f64::MIN_POSITIVE, |size: f64, v| size.max(v.abs()));
+            now.iter().zip(then).any(|(a, b)| (a - b).abs() > SETTLED.0 * size)
+        };
+        if !workspace.model.moves() || !state.species.iter().zip(&before).any(moved) {
+            break;
+        }
+    }
+    Ok(done)
+}
 
 /// How the chemistry is integrated within a step of the coupling.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

@@ -22,7 +22,6 @@
 
 use std::sync::Arc;
 
-use super::metric::Direction;
 use crate::Vec3;
 use crate::effects::HessianPart;
 use crate::linear::{BlockLdlt, BlockMatrix, LinearError};
@@ -59,6 +58,11 @@ impl Bordered {
             tally: mechanics.tally().clone(),
             reduction: mechanics.sheet().reduction().clone(),
         })
+    }
+
+    /// Where its work is counted.
+    pub(super) fn tally(&self) -> &Tally {
+        &self.tally
     }
 
     /// Takes over H at `x`, where the gradient is `gradient` and counts as 0 below `tolerance`.
@@ -100,10 +104,10 @@ impl Bordered {
     /// Solves with the border of the column `b` and the row `form`, for the right-hand side (`f`, `g`).
     pub(super) fn solve_bordered(
         &mut self,
-        (b, form): (&[Vec3], &Direction),
+        (b, (form, d)): (&[Vec3], (&[Vec3], f64)),
         (f, g): (&[Vec3], f64),
-    ) -> Direction {
-        let (mut c, d) = (form.x.clone(), form.parameter);
+    ) -> (Vec<Vec3>, f64) {
+        let mut c = form.to_vec();
         self.gauge.project(&mut c);
         let mut adjoint = c.clone();
         self.solve(&mut adjoint);
@@ -116,6 +120,6 @@ impl Bordered {
         self.solve(&mut x);
         let second = (g - d * first - self.reduction.dot(&c, &x)) / delta;
         parallel::update(&mut x, |i, x| *x -= second * v[i]);
-        Direction { x, parameter: first + second }
+        (x, first + second)
     }
 }

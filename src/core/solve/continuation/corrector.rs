@@ -1,19 +1,16 @@
 //! The corrector: Newton's method for an equilibrium at a given place along a direction.
 //!
 //! ```text
-//! g(x, λ) = ∂U/∂x = 0,     ⟨t, u - u₀⟩ = s,     u = (x, λ)
+//! g(u, λ) = 0,     ⟨t, (u, λ) - (u₀, λ₀)⟩ = s
 //! ```
 //!
-//! Minima and saddles alike: no energy is lowered. The column ∂g/∂λ is the difference quotient of gradients of two
+//! Minima and saddles alike: no energy is lowered. The column ∂g/∂λ is the difference quotient of g of two
 //! members of the family; fixed directions that move with λ move in it.
 
-use super::bordered::Bordered;
-use super::metric::{Direction, Metric};
-use super::{Family, Settings};
-use crate::Vec3;
-use crate::model::Potential;
-use crate::parallel;
-use crate::solve::{Control, SolveError};
+use super::metric::Metric;
+use super::system::{Equilibrium, System};
+use super::{Direction, Settings, Unknowns};
+use crate::solve::Control;
 
 /// Most iterations: where more are needed the step is too long.
 const MOST: usize = 10;
@@ -22,68 +19,42 @@ const MOST: usize = 10;
 const CLOSE: f64 = 1e-7;
 /// The same after the last iteration, where round-off keeps corrections from getting smaller.
 const NEARLY: f64 = 1e-5;
-/// No triangle's area may fall below this share in one correction.
-const AREA_SHARE: f64 = 0.1;
 /// Difference of the parameter in units of Λ for ∂g/∂λ: the quotient is central, so that its error is some 1e-8 of what
 /// varies over Λ, and round-off some 1e-12.
 const DIFFERENCE: f64 = 1e-4;
 
-/// An equilibrium, with the potential and the gradient there.
-pub(super) struct Equilibrium {
-    pub(super) x: Vec<Vec3>,
-    pub(super) parameter: f64,
-    pub(super) potential: Potential,
-    pub(super) gradient: Vec<Vec3>,
-    pub(super) energy: f64,
-    pub(super) residual: f64,
-    pub(super) iterations: usize,
-}
-
-/// `⟨direction, u - (x, parameter)⟩ = distance`.
+/// `⟨direction, u - at⟩ = distance`, with the parameter in u and in `at`.
 #[derive(Clone, Copy)]
 pub(super) struct Condition<'a> {
     pub(super) direction: &'a Direction,
-    pub(super) x: &'a [Vec3],
+    pub(super) at: &'a Unknowns,
     pub(super) parameter: f64,
     pub(super) distance: f64,
 }
 
 /// What a correction came to.
-pub(super) enum Corrected<E> {
+pub(super) enum Corrected<S: System> {
     /// The equilibrium.
-    Found(Box<Equilibrium>),
-    /// None near the guess, and the error of the family if that is why.
-    Lost(Option<E>),
+    Found(Box<Equilibrium<S::Member>>),
+    /// None near the guess, and the error of the system if that is why.
+    Lost(Option<S::Error>),
 }
 
 /// What corrections work with.
-pub(super) struct Corrector<F: Family> {
-    pub(super) family: F,
-    pub(super) bordered: Bordered,
+pub(super) struct Corrector<S: System> {
+    pub(super) system: S,
     pub(super) metric: Metric,
     pub(super) control: Control,
 }
 
-impl<F: Family> Corrector<F> {
-    /// The family's member of `parameter` at `x`, whose moving fixed directions are set.
-    pub(super) fn evaluate(
+impl<S: System> Corrector<S> {
+    /// ∂g/∂λ at `at`; one-sided at the end of the values that the system has.
+    pub(super) fn by_parameter(
         &mut self,
-        mut x: Vec<Vec3>,
-        parameter: f64,
-    ) -> Result<Equilibrium, F::Error> {
-        let mut potential = self.family.potential(parameter)?;
-        potential.mechanics().set_prescribed(potential.time(), &mut x);
-        let mut gradient = vec![Vec3::zeros(); x.len()];
-        let energy = potential.energy_gradient(&x, &mut gradient);
-        let residual = potential.residual(&gradient);
-        let iterations = 0;
-        Ok(Equilibrium { x, parameter, potential, gradient, energy, residual, iterations })
-    }
-
-    /// ∂g/∂λ at `at`; one-sided at the end of the values that the family has.
-    pub(super) fn by_parameter(&mut self, at: &Equilibrium) -> Result<Vec<Vec3>, F::Error> {
+        at: &Equilibrium<S::Member>,
+    ) -> Result<Unknowns, S::Error> {
         let difference = DIFFERENCE * self.metric.scale();
-        let mut of = |parameter: f64| self.evaluate(at.x.clone(), parameter);
+        let mut of = |parameter: f64| self.system.evaluate(at.at.clone(), parameter);
         let (above, below) = (of(at.parameter + difference), of(at.parameter - difference));
         let (above, below) = match (above, below) {
             (Ok(above), Ok(below)) => (above, below),
@@ -92,32 +63,22 @@ impl<F: Family> Corrector<F> {
             (Err(error), Err(_)) => return Err(error),
         };
         let step = above.parameter - below.parameter;
-        let mut quotient = above.gradient;
-        parallel::update(&mut quotient, |i, v| *v = (*v - below.gradient[i]) / step);
+        let mut quotient = above.imbalance.plus(-1.0, &below.imbalance);
+        quotient.scale(1.0 / step);
         Ok(quotient)
     }
 
-    /// Takes over H at `at`.
-    pub(super) fn factorise(
-        &mut self,
-        at: &mut Equilibrium,
-        tolerance: f64,
-    ) -> Result<(), SolveError> {
-        let Equilibrium { potential, x, gradient, .. } = at;
-        self.bordered.factorise(potential, x, (gradient, tolerance))
-    }
-
-    /// The equilibrium near (`x`, `parameter`) that meets `condition`.
+    /// The equilibrium near `guess` that meets `condition`.
     ///
     /// # Errors
     /// [`SolveError::Interrupted`].
     pub(super) fn correct(
         &mut self,
-        (x, parameter): (Vec<Vec3>, f64),
+        (guess, parameter): (Unknowns, f64),
         condition: &Condition<'_>,
         settings: &Settings,
-    ) -> Result<Corrected<F::Error>, F::Error> {
-        let mut at = match self.evaluate(x, parameter) {
+    ) -> Result<Corrected<S>, S::Error> {
+        let mut at = match self.system.evaluate(guess, parameter) {
             Ok(at) => at,
             Err(error) => return Ok(Corrected::Lost(Some(error))),
         };
@@ -133,42 +94,50 @@ impl<F: Family> Corrector<F> {
             if done || !(at.energy.is_finite() && at.residual.is_finite() && last <= largest) {
                 return Ok(Corrected::Lost(None));
             }
-            let column = match self.by_parameter(&at) {
-                Ok(column) => column,
+            let change = match self.newton(&mut at, (condition, &form), settings.tolerance) {
+                Ok(Some(change)) => change,
+                Ok(None) => return Ok(Corrected::Lost(None)),
                 Err(error) => return Ok(Corrected::Lost(Some(error))),
             };
-            if self.factorise(&mut at, settings.tolerance).is_err() {
-                return Ok(Corrected::Lost(None));
-            }
-            let missed = self.missed(&at, condition);
-            let down: Vec<Vec3> = at.gradient.iter().map(|g| -g).collect();
-            let change = self.bordered.solve_bordered((&column, &form), (&down, -missed));
             largest = LARGEST * settings.longest_step;
             last = self.metric.norm(&change);
-            let Some(next) = self.moved(&at, &change) else { return Ok(Corrected::Lost(None)) };
+            let next = at.at.plus(1.0, &change.unknowns);
+            let finite = change.parameter.is_finite() && last.is_finite();
+            if !(finite && self.system.allows(&at, &next)) {
+                return Ok(Corrected::Lost(None));
+            }
             let iterations = at.iterations + 1;
-            at = match self.evaluate(next, at.parameter + change.parameter) {
+            self.system.tally().count(|work| work.iterations += 1);
+            at = match self.system.evaluate(next, at.parameter + change.parameter) {
                 Ok(next) => Equilibrium { iterations, ..next },
                 Err(error) => return Ok(Corrected::Lost(Some(error))),
             };
         }
     }
 
-    /// What is missing to `condition`.
-    fn missed(&self, at: &Equilibrium, condition: &Condition<'_>) -> f64 {
-        let mut x = at.x.clone();
-        parallel::update(&mut x, |i, v| *v -= condition.x[i]);
-        // Those that move with the parameter are no unknowns: the direction is 0 there.
-        let from = Direction { x, parameter: at.parameter - condition.parameter };
-        self.metric.inner(condition.direction, &from) - condition.distance
+    /// The next correction; none where the system cannot be solved.
+    fn newton(
+        &mut self,
+        at: &mut Equilibrium<S::Member>,
+        (condition, form): (&Condition<'_>, &Direction),
+        tolerance: f64,
+    ) -> Result<Option<Direction>, S::Error> {
+        let column = self.by_parameter(at)?;
+        if self.system.factorise(at, tolerance).is_err() {
+            return Ok(None);
+        }
+        let missed = self.missed(at, condition);
+        let mut down = at.imbalance.clone();
+        down.scale(-1.0);
+        Ok(self.system.solve_bordered((&column, form), (&down, -missed)).ok())
     }
 
-    /// The shape of `at` after `change`, if that makes no triangle collapse.
-    fn moved(&self, at: &Equilibrium, change: &Direction) -> Option<Vec<Vec3>> {
-        let finite = change.parameter.is_finite() && self.metric.norm(change).is_finite();
-        let mut next = at.x.clone();
-        parallel::update(&mut next, |i, x| *x += change.x[i]);
-        (finite && at.potential.keeps_triangles(&at.x, &next, AREA_SHARE, 0.0)).then_some(next)
+    /// What is missing to `condition`.
+    fn missed(&self, at: &Equilibrium<S::Member>, condition: &Condition<'_>) -> f64 {
+        // Those that move with the parameter are no unknowns: the direction is 0 there.
+        let unknowns = at.at.plus(-1.0, condition.at);
+        let from = Direction { unknowns, parameter: at.parameter - condition.parameter };
+        self.metric.inner(condition.direction, &from) - condition.distance
     }
 }
 

@@ -14,8 +14,12 @@
 //! * **bifurcations**, where the number of negative eigenvalues changes and λ̇ does not: found as the zero of the
 //!   eigenvalue. Its mode is the direction of the other branch ([`Continuation::switch`]).
 //!
+//! A step over more bifurcations than are located one by one is shortened until they come apart. Those that stay together,
+//! as where a sphere buckles in many modes at once, are one point with all their modes.
+//!
 //! An even number of changes within one step, as one eigenvalue down and another up, is not seen; shorter steps see it.
-//! Not covered: constraints, pairs of contact, chemistry; branches of points of special kind (folds in two parameters).
+//! With species u = (x, c), g = (∂U/∂x, -dc/dt) and no symmetry: `reacting`.
+//! Not covered: constraints, pairs of contact; branches of points of special kind (folds in two parameters).
 //!
 //! References: Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems (1977), in Rabinowitz (ed.),
 //! Applications of Bifurcation Theory; Allgower & Georg, Introduction to Numerical Continuation Methods (SIAM 2003),
@@ -25,16 +29,22 @@
 mod bordered;
 mod branch;
 mod corrector;
+mod elastic;
 mod metric;
+mod reacting;
 mod special;
+mod spectrum;
+mod system;
+mod unknowns;
 
 use std::ops::RangeInclusive;
 
 pub use self::branch::Continuation;
-pub use self::metric::Direction;
+pub use self::elastic::Elastic;
+pub use self::reacting::{Reacting, ReactingFamily, imbalance};
+pub use self::system::{Equilibrium, System};
+pub use self::unknowns::{Direction, Unknowns};
 use super::SolveError;
-use super::stability::Mode;
-use crate::Vec3;
 use crate::effects::EnergyTerm;
 use crate::model::{Mechanics, Potential};
 
@@ -68,6 +78,11 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// L, and the width of the range of λ.
+    fn scales(&self) -> (f64, f64) {
+        (self.length, (self.range.end() - self.range.start()).abs())
+    }
+
     /// First step, longest step, and shortest step if nothing else is said.
     pub const STEPS: [f64; 3] = [0.02, 0.1, 1e-6];
 
@@ -81,7 +96,8 @@ impl Settings {
         };
         let area = sheet.reduction().sum(sheet.triangle_count(), area);
         let [first_step, longest_step, least_step] = Self::STEPS;
-        let length = SHARE * area.sqrt();
+        // A point has no area, and no shape.
+        let length = if area > 0.0 { SHARE * area.sqrt() } else { 1.0 };
         Self { range, length, first_step, longest_step, least_step, tolerance: 1e-6 }
     }
 }
@@ -98,11 +114,25 @@ pub enum Event {
     Start,
     /// λ turns back.
     Fold,
-    /// Other branches pass, along these modes: those whose eigenvalue is 0. Without any if it was not located: it then
-    /// lies in the step to this point.
-    Bifurcation(Vec<Mode>),
+    /// Other branches pass, along these modes: those whose eigenvalues change their sign here.
+    Bifurcation(Vec<CriticalMode>),
+    /// So many eigenvalues changed their sign in the step to this point, and where was not found.
+    Passed(usize),
     /// The branch leaves the range of λ.
     End,
+}
+
+/// A direction in which a disturbance of an equilibrium grows, or would beyond a bifurcation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CriticalMode {
+    /// Below 0 where the disturbance grows: of mechanics the eigenvalue of H, force/length³; with species minus the rate of
+    /// growth, 1/time.
+    pub eigenvalue: f64,
+    /// Angular frequency at which the disturbance oscillates, 1/time; 0 at a bifurcation of steady states.
+    pub frequency: f64,
+    /// The disturbance: the largest displacement has length 1, or the largest change of a species in units of its typical
+    /// magnitude where no shape moves.
+    pub shape: Unknowns,
 }
 
 /// An equilibrium on a branch.
@@ -112,13 +142,14 @@ pub struct Point {
     pub arc: f64,
     /// λ.
     pub parameter: f64,
-    /// The shape.
-    pub x: Vec<Vec3>,
+    /// The shape and the species.
+    pub at: Unknowns,
     /// Energy U.
     pub energy: f64,
     /// Largest force left, in units of the force scale.
     pub residual: f64,
-    /// Eigenvalues of H below 0: 0 where the equilibrium is stable.
+    /// Eigenvalues below 0, of H or of [`CriticalMode::eigenvalue`]: 0 where the equilibrium is stable. With species of those
+    /// that are nearest to 0 ([`Reacting`]).
     pub negative: usize,
     /// Iterations of the corrector.
     pub iterations: usize,

@@ -4,10 +4,9 @@
 //! that of the eigenvalue μ_k(s) of `H v = μ M v` that changes sign. Both by regula falsi with the Illinois weights
 //! (Dowell & Jarratt, BIT 11 (1971) 168, doi:10.1007/BF01934364); guesses are those of the cubic between the two ends.
 
-use super::corrector::{Corrected, Equilibrium};
-use super::{Continuation, Direction, Event, Family, Point, SolveError};
-use crate::Vec3;
-use crate::solve::stability::Mode;
+use super::corrector::Corrected;
+use super::system::{Equilibrium, System};
+use super::{Continuation, CriticalMode, Direction, Event, Point, SolveError, Unknowns};
 
 /// |λ̇| in units of Λ below which a point is the fold: the error of λ there is of the order of its square.
 const FLAT: f64 = 1e-5;
@@ -17,13 +16,13 @@ const ZERO: f64 = 1e-5;
 const MOST: usize = 30;
 /// Bifurcations nearer to one another than this share of a step are one.
 const SAME: f64 = 1e-3;
-/// Most bifurcations that are located in one step; of more, as where a sphere buckles, the first. Each costs some ten
-/// spectra.
-const LOCATED: usize = 2;
+/// Most bifurcations that are located one by one in one step; more are one, at the place of the first. Each costs some
+/// ten spectra.
+pub(super) const LOCATED: usize = 2;
 
 /// One step: from the point of a branch to an equilibrium.
 pub(super) struct Step<'a> {
-    x: &'a [Vec3],
+    at: &'a Unknowns,
     parameter: f64,
     tangent: &'a Direction,
     /// Length of the chord.
@@ -31,21 +30,21 @@ pub(super) struct Step<'a> {
     negative: usize,
 }
 
-impl<F: Family> Continuation<F> {
+impl<S: System> Continuation<S> {
     /// The special points before `at`, where the tangent is `tangent` and there are so many `negative` eigenvalues, in
     /// their order; one of them a fold where λ turns back.
     pub(super) fn special(
         &mut self,
-        at: &mut Equilibrium,
+        at: &mut Equilibrium<S::Member>,
         (tangent, negative): (&Direction, usize),
         fold: bool,
-    ) -> Result<Vec<Point>, F::Error> {
+    ) -> Result<Vec<Point>, S::Error> {
         if !fold && negative == self.point.negative {
             return Ok(Vec::new());
         }
         let length = self.chord(at);
-        let (x, parameter) = (at.x.clone(), at.parameter);
-        let step = Step { x: &x, parameter, tangent, length, negative };
+        let (end, parameter) = (at.at.clone(), at.parameter);
+        let step = Step { at: &end, parameter, tangent, length, negative };
         let mut found = Vec::new();
         if fold {
             found.extend(self.fold(&step)?);
@@ -59,48 +58,56 @@ impl<F: Family> Continuation<F> {
     }
 
     /// Length of the chord to `at`: `⟨t₀, u - u₀⟩`.
-    fn chord(&self, at: &Equilibrium) -> f64 {
-        let x = at.x.iter().zip(&self.point.x).map(|(a, b)| a - b).collect();
-        let way = Direction { x, parameter: at.parameter - self.point.parameter };
+    fn chord(&self, at: &Equilibrium<S::Member>) -> f64 {
+        let unknowns = at.at.plus(-1.0, &self.point.at);
+        let way = Direction { unknowns, parameter: at.parameter - self.point.parameter };
         self.corrector.metric.inner(&self.tangent, &way)
     }
 
     /// The equilibrium at `s` of `step`.
-    fn between(&mut self, step: &Step<'_>, s: f64) -> Result<Option<Equilibrium>, F::Error> {
+    fn between(
+        &mut self,
+        step: &Step<'_>,
+        s: f64,
+    ) -> Result<Option<Equilibrium<S::Member>>, S::Error> {
         let (h, share) = (step.length, s / step.length);
         let slope = 1.0 / self.corrector.metric.inner(&self.tangent, step.tangent);
         let rest = 1.0 - share;
         let [from, to] = [rest * rest * (1.0 + 2.0 * share), share * share * (3.0 - 2.0 * share)];
         let [leave, reach] = [h * share * rest * rest, -h * share * share * rest * slope];
         let (point, tangent) = (&self.point, &self.tangent);
-        let x = (0..point.x.len()).map(|i| {
-            from * point.x[i] + to * step.x[i] + leave * tangent.x[i] + reach * step.tangent.x[i]
-        });
+        let mut guess = point.at.clone();
+        guess.scale(from);
+        let guess = guess.plus(to, step.at).plus(leave, &tangent.unknowns);
+        let guess = guess.plus(reach, &step.tangent.unknowns);
         let parameter = from * point.parameter
             + to * step.parameter
             + leave * tangent.parameter
             + reach * step.tangent.parameter;
-        let guess = (x.collect(), parameter);
-        Ok(match self.correct_from(guess, &self.tangent.clone(), s)? {
+        Ok(match self.correct_from((guess, parameter), &self.tangent.clone(), s)? {
             Corrected::Found(at) => Some(*at),
             Corrected::Lost(_) => None,
         })
     }
 
     /// The point of `at`, with its event.
-    fn special_point(&mut self, at: &mut Equilibrium, event: Event) -> Result<Point, SolveError> {
-        let negative = self.negative(at)?;
+    fn special_point(
+        &mut self,
+        at: &mut Equilibrium<S::Member>,
+        event: Event,
+    ) -> Result<Point, SolveError> {
+        let negative = self.corrector.system.unstable(at)?;
         let arc = self.point.arc + self.distance(at);
         Ok(Point { event, ..Point::of(at, arc, negative) })
     }
 
-    fn fold(&mut self, step: &Step<'_>) -> Result<Option<Point>, F::Error> {
+    fn fold(&mut self, step: &Step<'_>) -> Result<Option<Point>, S::Error> {
         let scale = self.corrector.metric.scale();
         let ends = [self.tangent.parameter / scale, step.tangent.parameter / scale];
         let mut evaluate = |s: f64| {
             let Some(mut at) = self.between(step, s)? else { return Ok(None) };
             let slope = self.tangent_at(&mut at)?.parameter / scale;
-            Ok::<_, F::Error>(Some((slope, at)))
+            Ok::<_, S::Error>(Some((slope, at)))
         };
         let found = zero(step.length, ends, FLAT, &mut evaluate)?;
         let found = found.map(|mut at| self.special_point(&mut at, Event::Fold));
@@ -108,11 +115,14 @@ impl<F: Family> Continuation<F> {
     }
 
     /// The lowest `count` eigenvalues at `at`, with their modes; none if they are not found.
-    fn modes(&mut self, at: &mut Equilibrium, count: usize) -> Result<Vec<Mode>, SolveError> {
-        match self.stability.spectrum(&mut at.potential, &at.x, count) {
-            Ok(spectrum) => Ok(spectrum.modes),
+    fn modes(
+        &mut self,
+        at: &mut Equilibrium<S::Member>,
+        count: usize,
+    ) -> Result<Vec<CriticalMode>, SolveError> {
+        match self.corrector.system.modes(at, count) {
             Err(SolveError::Interrupted) => Err(SolveError::Interrupted),
-            Err(_) => Ok(Vec::new()),
+            found => Ok(found.unwrap_or_default()),
         }
     }
 
@@ -120,19 +130,21 @@ impl<F: Family> Continuation<F> {
     fn bifurcations(
         &mut self,
         step: &Step<'_>,
-        last: &mut Equilibrium,
-    ) -> Result<Vec<Point>, F::Error> {
+        last: &mut Equilibrium<S::Member>,
+    ) -> Result<Vec<Point>, S::Error> {
         let before = self.point.negative;
         let (low, high) = (before.min(step.negative), before.max(step.negative));
-        let numbers = match high - low {
-            ..=LOCATED => low..high,
-            _ if before == low => low..low + 1,
-            _ => high - 1..high,
+        // The numbers of those that are located, and for each the numbers of the modes of its point.
+        let together = low..high;
+        let located = match high - low {
+            ..=LOCATED => together.clone().map(|k| (k, k..k + 1)).collect(),
+            _ if before == low => vec![(low, together)],
+            _ => vec![(high - 1, together)],
         };
         let Some(mut first) = self.between(step, 0.0)? else { return Ok(Vec::new()) };
-        let ends = [self.modes(&mut first, numbers.end)?, self.modes(last, numbers.end)?];
+        let ends = [self.modes(&mut first, high)?, self.modes(last, high)?];
         let mut all: Vec<Point> = Vec::new();
-        for number in numbers {
+        for (number, own) in located {
             let [Some(from), Some(to)] = [0, 1].map(|k: usize| ends[k].get(number)) else {
                 continue;
             };
@@ -140,16 +152,18 @@ impl<F: Family> Continuation<F> {
             let values = [from.eigenvalue / unit, to.eigenvalue / unit];
             let mut evaluate = |s: f64| {
                 let Some(mut at) = self.between(step, s)? else { return Ok(None) };
-                let modes = self.modes(&mut at, number + 1)?;
-                let mode = modes.into_iter().nth(number);
-                Ok::<_, F::Error>(mode.map(|mode| (mode.eigenvalue / unit, (at, mode))))
+                let modes = self.modes(&mut at, own.end)?;
+                let value = modes.get(number).map(|mode| mode.eigenvalue / unit);
+                Ok::<_, S::Error>(value.map(|value| (value, (at, modes))))
             };
             let found = zero(step.length, values, ZERO, &mut evaluate)?;
-            let Some((mut at, mode)) = found else { continue };
-            let point = self.special_point(&mut at, Event::Bifurcation(vec![mode.clone()]))?;
+            let Some((mut at, modes)) = found else { continue };
+            let modes: Vec<CriticalMode> =
+                modes.into_iter().take(own.end).skip(own.start).collect();
+            let point = self.special_point(&mut at, Event::Bifurcation(modes.clone()))?;
             let same = |other: &&mut Point| (other.arc - point.arc).abs() <= SAME * step.length;
             match all.iter_mut().find(same) {
-                Some(Point { event: Event::Bifurcation(modes), .. }) => modes.push(mode),
+                Some(Point { event: Event::Bifurcation(others), .. }) => others.extend(modes),
                 _ => all.push(point),
             }
         }

@@ -1,0 +1,310 @@
+//! Branches of equilibria with a steady chemistry: shape and species at rest together.
+//!
+//! ```text
+//! u = (x, c),   g(u, λ) = ( ∂U/∂x (x; l̄(c)),  -D Δ_x c - R(c, signals(x, c)) ),   ∂g/∂u = -J
+//! ```
+//!
+//! J is the Jacobian of the coupled system (`model/coupled`), without symmetry, factorised by LU. The bordered matrix of
+//! `bordered.rs` is solved by block elimination with refinement:
+//!
+//! ```text
+//! -J v = b,   -J w = f,   y = (g - r·w)/(d - r·v),   x = w - v y       and again for what is left of (f, g)
+//! ```
+//!
+//! At a located fold J has lost some five digits of its last pivot, which the refinement brings back.
+//!
+//! Rigid motions that no pin hinders are held at the vertices of `Layout`. Laws that keep a total have a family
+//! of steady states at every λ: J is singular along the whole branch, and none is followed.
+//!
+//! Stability is that of `B du/dt = -g` with the storage B of the policy: eigenvalues μ of `J v = μ B v`, of which those
+//! nearest to 0 are known (`spectrum.rs`).
+//!
+//! Reference: Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria (SIAM 2000), section 3.6,
+//! doi:10.1137/1.9780898719543.
+
+use std::sync::Arc;
+
+use super::metric::Metric;
+use super::spectrum;
+use super::system::{Equilibrium, System};
+use super::{Continuation, CriticalMode, Direction, Settings, Unknowns, check};
+use crate::Vec3;
+use crate::linear::{Factor, LinearChoice, Pattern, ShiftedJacobian, dot};
+use crate::model::{Coupled, Layout, Memory, Model, State};
+use crate::solve::{Control, SolveError};
+use crate::tally::Tally;
+
+/// No triangle's area may fall below this share in one correction.
+const AREA_SHARE: f64 = 0.1;
+/// How far a species may leave its valid range in a correction, relative to its size and typical magnitude.
+const SLACK: f64 = 0.1;
+/// Refinements of a solution with a border.
+const REFINED: usize = 2;
+
+/// The models of one sheet over a parameter: the same effects, fixed directions and species at every λ.
+pub trait ReactingFamily {
+    /// Why there is none at a value of the parameter.
+    type Error: From<SolveError>;
+
+    /// The model at λ = `parameter`, with the time at which it is evaluated.
+    ///
+    /// # Errors
+    /// If there is none.
+    fn model(&mut self, parameter: f64) -> Result<(Arc<Model>, f64), Self::Error>;
+}
+
+/// The steady states of a family of models.
+pub struct Reacting<F: ReactingFamily> {
+    /// The models.
+    pub family: F,
+    factor: Option<(Arc<Pattern>, Factor)>,
+    coupled: Option<Coupled>,
+    control: Control,
+    tally: Tally,
+}
+
+/// A model with the time at which it is evaluated.
+pub struct Member {
+    model: Arc<Model>,
+    time: f64,
+}
+
+impl<F: ReactingFamily> Continuation<Reacting<F>> {
+    /// Begins at the steady state of `parameter` near `start`, towards larger λ or smaller ones, as `forward` says.
+    ///
+    /// # Errors
+    /// [`SolveError::Continuation`] if no steady state is near; effects that a branch cannot have; those of the family.
+    pub fn of_species(
+        mut family: F,
+        (start, parameter): (Unknowns, f64),
+        forward: bool,
+        settings: Settings,
+        control: &Control,
+    ) -> Result<Self, F::Error> {
+        let (model, _) = family.model(parameter)?;
+        check(model.mechanics())?;
+        let typical: Vec<f64> = model
+            .chemistry()
+            .map(|chemistry| chemistry.descriptor().species.iter().map(|s| s.typical).collect())
+            .unwrap_or_default();
+        let points = start.species.first().map_or(0, Vec::len);
+        let metric = Metric::new(model.sheet(), settings.scales(), (&typical, points));
+        let (control_here, tally) = (control.clone(), model.tally().clone());
+        let system = Reacting { family, factor: None, coupled: None, control: control_here, tally };
+        Self::begin((system, metric), (start, parameter), forward, settings, control)
+    }
+}
+
+/// The numbers of `unknowns` in the order of the coupled system.
+fn flat(layout: &Layout, unknowns: &Unknowns) -> Vec<f64> {
+    let mut all = vec![0.0; layout.unknowns()];
+    for (vertex, places) in layout.displacements().enumerate() {
+        for (axis, place) in places.into_iter().enumerate() {
+            if let Some(place) = place {
+                all[place] = unknowns.x[vertex][axis];
+            }
+        }
+    }
+    for (s, values) in unknowns.species.iter().enumerate().take(layout.species()) {
+        for (point, value) in values.iter().enumerate() {
+            all[layout.concentration(s, point)] = *value;
+        }
+    }
+    all
+}
+
+/// The reverse of [`flat`]; 0 along fixed directions.
+pub(super) fn unflat(layout: &Layout, all: &[f64], like: &Unknowns) -> Unknowns {
+    let mut unknowns = like.zeros_like();
+    for (vertex, places) in layout.displacements().enumerate() {
+        unknowns.x[vertex] = Vec3::from_fn(|axis, _| places[axis].map_or(0.0, |place| all[place]));
+    }
+    for (s, values) in unknowns.species.iter_mut().enumerate().take(layout.species()) {
+        for (point, value) in values.iter_mut().enumerate() {
+            *value = all[layout.concentration(s, point)];
+        }
+    }
+    unknowns
+}
+
+impl<F: ReactingFamily> Reacting<F> {
+    /// Solves `-J x = b` in place.
+    fn solve(&mut self, x: &mut [f64]) -> Result<(), SolveError> {
+        match &mut self.factor {
+            Some((_, factor)) => Ok(factor.solve(x, &self.tally)?),
+            None => Ok(()),
+        }
+    }
+
+    /// The eigenvalues nearest to 0 at `at`, in ascending order of [`CriticalMode::eigenvalue`].
+    fn nearest(
+        &mut self,
+        at: &mut Equilibrium<Member>,
+        count: usize,
+    ) -> Result<Vec<CriticalMode>, SolveError> {
+        self.factorise(at, f64::INFINITY)?;
+        let Self { factor: Some((_, factor)), coupled: Some(coupled), tally, control, .. } = self
+        else {
+            return Ok(Vec::new());
+        };
+        let storage = spectrum::storage(coupled, &at.member.model);
+        let mut solve = |x: &mut [f64]| {
+            control.check()?;
+            Ok(factor.solve(x, tally)?)
+        };
+        let found = spectrum::nearest(&storage, &mut solve, count)?;
+        let layout = coupled.layout();
+        let mode = |pair: spectrum::Pair| {
+            let mut shape = unflat(layout, &pair.vector, &at.at);
+            spectrum::normalise(&mut shape, &at.member.model);
+            CriticalMode { eigenvalue: pair.eigenvalue, frequency: pair.frequency, shape }
+        };
+        Ok(found.into_iter().map(mode).collect())
+    }
+}
+
+impl<F: ReactingFamily> System for Reacting<F> {
+    type Error = F::Error;
+    type Member = Member;
+
+    fn evaluate(
+        &mut self,
+        mut at: Unknowns,
+        parameter: f64,
+    ) -> Result<Equilibrium<Member>, F::Error> {
+        let (model, time) = self.family.model(parameter)?;
+        let (imbalance, energy, residual) = imbalance(&model, time, &mut at)?;
+        let (member, iterations) = (Member { model, time }, 0);
+        Ok(Equilibrium { at, parameter, member, imbalance, energy, residual, iterations })
+    }
+
+    fn factorise(
+        &mut self,
+        equilibrium: &mut Equilibrium<Member>,
+        _tolerance: f64,
+    ) -> Result<(), SolveError> {
+        let Member { model, time } = &equilibrium.member;
+        let state = state(model, *time, &equilibrium.at);
+        let mut coupled = Coupled::at_rest(model);
+        coupled.start(&state);
+        let y = coupled.pack(&state);
+        let jacobian = coupled.jacobian(*time, &y)?;
+        let known = self.factor.take().filter(|(pattern, _)| pattern == jacobian.pattern());
+        let (pattern, mut factor) = match known {
+            Some(known) => known,
+            None => {
+                let factor = Factor::new(LinearChoice::Lu, jacobian, None)?;
+                (Arc::clone(jacobian.pattern()), factor)
+            }
+        };
+        factor.factorise(ShiftedJacobian::new(jacobian, &|_| (0.0, 1.0)), &self.tally)?;
+        self.factor = Some((pattern, factor));
+        self.coupled = Some(coupled);
+        Ok(())
+    }
+
+    fn solve_bordered(
+        &mut self,
+        (column, form): (&Unknowns, &Direction),
+        (f, g): (&Unknowns, f64),
+    ) -> Result<Direction, SolveError> {
+        let Some(layout) = self.coupled.as_ref().map(|coupled| Arc::clone(coupled.layout())) else {
+            return Err(SolveError::NotFinite);
+        };
+        let [b, row, f_flat] = [column, &form.unknowns, f].map(|part| flat(&layout, part));
+        let d = form.parameter;
+        let mut v = b.clone();
+        self.solve(&mut v)?;
+        let (mut x, mut y) = (vec![0.0; b.len()], 0.0);
+        let (mut left, mut missing) = (f_flat.clone(), g);
+        for turn in 0..=REFINED {
+            if turn > 0 {
+                let mut product = vec![0.0; x.len()];
+                if let Some(coupled) = &self.coupled {
+                    coupled.last_jacobian().multiply(&x, &mut product);
+                }
+                for i in 0..x.len() {
+                    left[i] = f_flat[i] + product[i] - b[i] * y;
+                }
+                missing = g - dot(&row, &x) - d * y;
+            }
+            self.solve(&mut left)?;
+            let more = (missing - dot(&row, &left)) / (d - dot(&row, &v));
+            for i in 0..x.len() {
+                x[i] += left[i] - v[i] * more;
+            }
+            y += more;
+        }
+        Ok(Direction { unknowns: unflat(&layout, &x, f), parameter: y })
+    }
+
+    fn unstable(&mut self, at: &mut Equilibrium<Member>) -> Result<usize, SolveError> {
+        let modes = self.nearest(at, spectrum::NEAREST)?;
+        Ok(modes.iter().filter(|mode| mode.eigenvalue < 0.0).count())
+    }
+
+    fn modes(
+        &mut self,
+        at: &mut Equilibrium<Member>,
+        count: usize,
+    ) -> Result<Vec<CriticalMode>, SolveError> {
+        let mut modes = self.nearest(at, spectrum::NEAREST)?;
+        modes.truncate(count);
+        Ok(modes)
+    }
+
+    fn allows(&self, at: &Equilibrium<Member>, next: &Unknowns) -> bool {
+        let Member { model, time } = &at.member;
+        let mut species = next.species.clone();
+        if model.keep_in_range(&mut species, *time, (SLACK, SLACK)).is_err() {
+            return false;
+        }
+        let here = state(model, *time, &at.at);
+        let mut memory = Memory::default();
+        let mut evaluation = model.at(&here, &mut memory);
+        !model.moves()
+            || evaluation.potential().is_ok_and(|potential| {
+                potential.keeps_triangles(&at.at.x, &next.x, AREA_SHARE, 0.0)
+            })
+    }
+
+    fn tally(&self) -> &Tally {
+        &self.tally
+    }
+}
+
+/// What is out of balance at `at`: ∂U/∂x, and the rates of the species with the opposite sign; with the energy and the
+/// largest force in units of the force scale. Fixed directions and values of `at` are set.
+///
+/// # Errors
+/// A law that has no value there.
+pub fn imbalance(
+    model: &Model,
+    time: f64,
+    at: &mut Unknowns,
+) -> Result<(Unknowns, f64, f64), SolveError> {
+    model.mechanics().set_prescribed(time, &mut at.x);
+    model.hold(&mut at.species);
+    let state = state(model, time, at);
+    let mut memory = Memory::default();
+    let mut evaluation = model.at(&state, &mut memory);
+    let mut imbalance = at.zeros_like();
+    let (mut energy, mut residual) = (0.0, 0.0);
+    if model.moves() {
+        let potential = evaluation.potential()?;
+        energy = potential.energy_gradient(&at.x, &mut imbalance.x);
+        residual = potential.residual(&imbalance.x);
+    }
+    if model.chemistry().is_some() {
+        for (out, rates) in imbalance.species.iter_mut().zip(evaluation.rates()?) {
+            out.iter_mut().zip(rates).for_each(|(out, rate)| *out = -rate);
+        }
+    }
+    Ok((imbalance, energy, residual))
+}
+
+/// The state of `at`.
+fn state(model: &Model, time: f64, at: &Unknowns) -> State {
+    let (x, species) = (at.x.clone().into(), at.species.clone());
+    State { time, step: 0, x, species, internal: model.initial_internal() }
+}

@@ -1,0 +1,183 @@
+//! The eigenvalues of largest modulus of an operator without symmetry, by Rayleigh and Ritz in a block Krylov space.
+//!
+//! ```text
+//! V = span(X, A X, A² X, …),   H = Vᵀ A V,   H s = θ s,   error |A V s - θ V s| / |θ|
+//! ```
+//!
+//! Blocks have several columns, so that multiple eigenvalues are found. Sums are made in one order.
+//!
+//! Reference: Saad, Numerical Methods for Large Eigenvalue Problems (SIAM 2011), chapters 4 and 6,
+//! doi:10.1137/1.9781611970739.
+
+use faer::Mat;
+
+use super::{LinearError, dot, norm};
+
+/// Columns of a block: multiplicities up to this are found.
+const BLOCK: usize = 6;
+/// Most dimensions of the space.
+const MOST: usize = 120;
+/// Relative error of an eigenvalue's equation below which it counts as found.
+const FOUND: f64 = 1e-7;
+/// What of a vector is left by orthogonalisation, relative, below which it is in the space already.
+const INSIDE: f64 = 1e-10;
+
+/// Real and imaginary part of an eigenvalue, and the real part of its vector, of length 1.
+pub type EigenPair = ((f64, f64), Vec<f64>);
+
+/// The space with its images.
+struct Space {
+    vectors: Vec<Vec<f64>>,
+    images: Vec<Vec<f64>>,
+}
+
+impl Space {
+    /// Adds what of `vector` is not in the space; whether anything is.
+    fn add(&mut self, mut vector: Vec<f64>) -> bool {
+        let before = norm(&vector);
+        for _ in 0..2 {
+            for known in &self.vectors {
+                let share = dot(known, &vector);
+                vector.iter_mut().zip(known).for_each(|(v, k)| *v -= share * k);
+            }
+        }
+        let left = norm(&vector);
+        if !(left > INSIDE * before) {
+            return false;
+        }
+        vector.iter_mut().for_each(|v| *v /= left);
+        self.vectors.push(vector);
+        true
+    }
+
+    /// The pairs of the part that has images, the largest first, each with its relative error.
+    fn pairs(&self) -> Result<Vec<(EigenPair, f64)>, LinearError> {
+        let m = self.images.len();
+        let reduced = Mat::from_fn(m, m, |i, j| dot(&self.vectors[i], &self.images[j]));
+        let eigen = reduced
+            .eigen()
+            .map_err(|error| LinearError::new(format!("the reduced eigenproblem: {error:?}")))?;
+        let (values, vectors) = (eigen.S(), eigen.U());
+        let mut pairs: Vec<_> = (0..m)
+            .map(|k| {
+                let theta = values[k];
+                let coefficients: Vec<_> = (0..m).map(|i| vectors[(i, k)]).collect();
+                let part = |rows: &[Vec<f64>], of: &dyn Fn(usize) -> f64| {
+                    let mut sum = vec![0.0; rows[0].len()];
+                    for (i, row) in rows.iter().take(m).enumerate() {
+                        let share = of(i);
+                        sum.iter_mut().zip(row).for_each(|(s, r)| *s += share * r);
+                    }
+                    sum
+                };
+                let [re, im] = [
+                    part(&self.vectors, &|i| coefficients[i].re),
+                    part(&self.vectors, &|i| coefficients[i].im),
+                ];
+                let [mut ire, mut iim] = [
+                    part(&self.images, &|i| coefficients[i].re),
+                    part(&self.images, &|i| coefficients[i].im),
+                ];
+                for i in 0..re.len() {
+                    ire[i] -= theta.re * re[i] - theta.im * im[i];
+                    iim[i] -= theta.re * im[i] + theta.im * re[i];
+                }
+                let size = theta.re.hypot(theta.im);
+                let length = norm(&re).hypot(norm(&im));
+                let error = norm(&ire).hypot(norm(&iim)) / (size * length);
+                let mut vector = if norm(&re) >= norm(&im) { re } else { im };
+                let length = norm(&vector);
+                vector.iter_mut().for_each(|v| *v /= length);
+                (((theta.re, theta.im), vector), error)
+            })
+            .collect();
+        let size = |pair: &(EigenPair, f64)| pair.0.0.0.hypot(pair.0.0.1);
+        pairs.sort_by(|a, b| size(b).total_cmp(&size(a)));
+        Ok(pairs)
+    }
+}
+
+/// Pseudo-random numbers between -1 and 1.
+fn noise(seed: &mut u64) -> f64 {
+    *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+    let bits = u32::try_from(*seed >> 33).unwrap_or_default();
+    f64::from(bits) / f64::from(1u32 << 30) - 1.0
+}
+
+/// The `count` eigenvalues of largest modulus of the operator `apply` on vectors of `n` numbers, the largest first; fewer
+/// where there are no more, or from the first on that the space does not tell.
+///
+/// # Errors
+/// Those of `apply`; a reduced problem that cannot be solved.
+pub fn largest_eigenvalues<E: From<LinearError>>(
+    n: usize,
+    apply: &mut dyn FnMut(&mut [f64]) -> Result<(), E>,
+    count: usize,
+) -> Result<Vec<EigenPair>, E> {
+    let mut seed = 1;
+    let mut space = Space { vectors: Vec::new(), images: Vec::new() };
+    for _ in 0..BLOCK.min(n) {
+        // An image is in the range of the operator.
+        let mut start: Vec<f64> = (0..n).map(|_| noise(&mut seed)).collect();
+        apply(&mut start)?;
+        space.add(start);
+    }
+    loop {
+        let from = space.images.len();
+        for k in from..space.vectors.len() {
+            let mut image = space.vectors[k].clone();
+            apply(&mut image)?;
+            space.images.push(image);
+        }
+        let full = space.vectors.len() >= MOST.min(n);
+        let mut grown = false;
+        for k in from..space.images.len() {
+            if !full {
+                grown |= space.add(space.images[k].clone());
+            }
+        }
+        let enough = space.images.len() >= count + BLOCK;
+        if space.images.is_empty() || grown && !enough {
+            if space.images.is_empty() {
+                return Ok(Vec::new());
+            }
+            continue;
+        }
+        let pairs = space.pairs()?;
+        // What B has no part in has the eigenvalue 0.
+        let largest = pairs.first().map_or(0.0, |pair| pair.0.0.0.hypot(pair.0.0.1));
+        let counts = |pair: &&(EigenPair, f64)| {
+            pair.0.0.0.hypot(pair.0.0.1) > INSIDE * largest && pair.1 <= FOUND
+        };
+        let found = pairs.iter().take(count).take_while(counts).count();
+        if found == count.min(n) || !grown {
+            return Ok(pairs.into_iter().take(found).map(|(pair, _)| pair).collect());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A matrix of known eigenvalues: a double one, a complex pair, and many small ones.
+    #[test]
+    fn the_largest_eigenvalues_are_found() {
+        let n = 60;
+        let value = |i: usize| [5.0, 5.0, -4.0].get(i).copied().unwrap_or(1.0 / (i as f64));
+        let mut apply = |v: &mut [f64]| {
+            let mut out: Vec<f64> = (0..n).map(|i| value(i) * v[i]).collect();
+            // A rotation in the plane of two, and what makes the matrix not normal.
+            (out[3], out[4]) = (2.0 * v[3] - 3.0 * v[4], 3.0 * v[3] + 2.0 * v[4]);
+            out[10] += v[0];
+            v.copy_from_slice(&out);
+            Ok::<_, LinearError>(())
+        };
+        let found = largest_eigenvalues(n, &mut apply, 5).unwrap();
+        let values: Vec<(f64, f64)> = found.iter().map(|pair| pair.0).collect();
+        assert_eq!(values.len(), 5, "{values:?}");
+        let near = |a: f64, b: f64| (a - b).abs() < 1e-6;
+        assert!(near(values[0].0, 5.0) && near(values[1].0, 5.0) && near(values[2].0, -4.0));
+        assert!(values[3..].iter().all(|v| near(v.0, 2.0) && near(v.1.abs(), 3.0)), "{values:?}");
+    }
+}
