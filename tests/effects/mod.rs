@@ -2,6 +2,7 @@
 
 mod constraint;
 mod contact;
+mod contact_pressure;
 mod contract;
 mod counted;
 mod faults;
