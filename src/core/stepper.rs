@@ -83,10 +83,11 @@ impl Stepper {
     /// If a relaxation or a law fails; [`SolveError::Start`] if an effect refuses the shape.
     pub fn prepare(&mut self) -> Result<Relaxation> {
         self.check()?;
-        self.check_start()?;
+        let separated = self.check_start()?;
         self.hold();
         self.find_breakpoints();
-        self.integrator.prepare(&mut self.workspace, &mut self.state)
+        let done = self.integrator.prepare(&mut self.workspace, &mut self.state)?;
+        Ok(Relaxation { separated, ..done })
     }
 
     /// Brings the shape into equilibrium with its species.
@@ -95,9 +96,9 @@ impl Stepper {
     /// If a law or the relaxation fails; [`SolveError::Start`] if an effect refuses the shape.
     pub fn relax(&mut self) -> Result<Relaxation> {
         self.check()?;
-        self.check_start()?;
+        let separated = self.check_start()?;
         self.hold();
-        self.workspace.relax(&mut self.state)
+        Ok(Relaxation { separated, ..self.workspace.relax(&mut self.state)? })
     }
 
     /// Brings the shape and the chemistry towards a rest of both, at the time of the state.
@@ -116,16 +117,22 @@ impl Stepper {
         self.workspace.model.hold(&mut self.state.species);
     }
 
-    /// That no effect refuses the shape.
-    fn check_start(&mut self) -> Result<()> {
+    /// That no effect refuses the shape, after what it was asked to move apart: so many pairs, by so much at most.
+    fn check_start(&mut self) -> Result<(usize, f64)> {
         if !self.model().mechanics().limits_steps() {
-            return Ok(());
+            return Ok((0, 0.0));
         }
-        let state = self.state.clone();
-        match self.workspace.at(&state).potential()?.refuses(&state.x) {
-            Some((effect, why)) => Err(SolveError::Start { effect, why }),
-            None => Ok(()),
+        let mut state = self.state.clone();
+        let made = self.workspace.at(&state).potential()?.separate(&state.x);
+        let done = made.as_ref().map_or((0, 0.0), |made| (made.pairs, made.moved));
+        if let Some(made) = made {
+            state.x = made.x.into();
         }
+        if let Some((effect, why)) = self.workspace.at(&state).potential()?.refuses(&state.x) {
+            return Err(SolveError::Start { effect, why });
+        }
+        self.state.x = state.x;
+        Ok(done)
     }
 
     /// One step that does not pass the time `until`, nor one at which a law, a ramp or growth jumps or bends.

@@ -18,6 +18,8 @@ use crate::box_tree::{Bounds, BoxTree};
 #[derive(Debug, Clone)]
 pub struct Crossings {
     tree: BoxTree,
+    /// How many triangles the first of two bodies has, where crossings of the two are asked for.
+    first: Option<usize>,
 }
 
 /// What crosses.
@@ -53,7 +55,13 @@ impl Crossings {
     pub fn new(sheet: &Sheet) -> Self {
         let of = |t: &[u32; 3]| Bounds::of(t.map(|v| sheet.rest()[v as usize]));
         let bounds: Vec<Bounds> = sheet.triangles().iter().map(of).collect();
-        Self { tree: BoxTree::new(&bounds) }
+        Self { tree: BoxTree::new(&bounds), first: None }
+    }
+
+    /// For two bodies, of which the `first` triangles are one: crossings within a body do not count.
+    #[must_use]
+    pub fn between(sheet: &Sheet, first: usize) -> Self {
+        Self { first: Some(first), ..Self::new(sheet) }
     }
 
     /// All pairs of triangles that cross in the shape `x` of `sheet`, which it was made for.
@@ -65,7 +73,10 @@ impl Crossings {
         let block = |b: usize| {
             let mut found = Found::default();
             for place in b * BLOCK..((b + 1) * BLOCK).min(count) {
-                this.later(sheet, x, place, &mut found);
+                this.later(sheet, x, place, &mut |pair| {
+                    found.pairs += 1;
+                    found.first = found.first.into_iter().chain([pair]).min();
+                });
             }
             found
         };
@@ -76,20 +87,38 @@ impl Crossings {
         parallel::reduce(count.div_ceil(BLOCK), &block, &both).unwrap_or_default()
     }
 
-    /// Adds the pairs of the triangle at `place` with those at later places.
-    fn later(&self, sheet: &Sheet, x: &[Vec3], place: usize, found: &mut Found) {
+    /// All such pairs, in ascending order.
+    #[must_use]
+    pub fn all(&mut self, sheet: &Sheet, x: &[Vec3]) -> Vec<[usize; 2]> {
+        let bounds = |t: u32| Bounds::of(sheet.triangles()[t as usize].map(|v| x[v as usize]));
+        self.tree.refit(bounds);
+        let mut of = vec![Vec::new(); self.tree.order().len()];
+        let this = &*self;
+        parallel::update(&mut of, |place, found| {
+            this.later(sheet, x, place, &mut |pair| found.push(pair));
+        });
+        let mut all = of.concat();
+        all.sort_unstable();
+        all
+    }
+
+    /// Hands the pairs of the triangle at `place` with those at later places to `found`.
+    fn later(&self, sheet: &Sheet, x: &[Vec3], place: usize, found: &mut impl FnMut([usize; 2])) {
         let t = self.tree.order()[place];
         let corners = |t: u32| sheet.triangles()[t as usize];
         let bounds = |t: u32| Bounds::of(corners(t).map(|v| x[v as usize]));
         let own = bounds(t);
+        let of_first = |t: u32| self.first.is_some_and(|first| (t as usize) < first);
+        let counts = |other: u32| self.first.is_none() || of_first(t) != of_first(other);
         self.tree.visit(
             |node| node.meets(&own),
             place + 1,
             |other| {
-                if bounds(other).meets(&own) && cross(&corners(t), &corners(other), x) {
-                    found.pairs += 1;
-                    let pair = [t.min(other) as usize, t.max(other) as usize];
-                    found.first = found.first.into_iter().chain([pair]).min();
+                if counts(other)
+                    && bounds(other).meets(&own)
+                    && cross(&corners(t), &corners(other), x)
+                {
+                    found([t.min(other) as usize, t.max(other) as usize]);
                 }
             },
         );

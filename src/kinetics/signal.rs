@@ -23,13 +23,15 @@ pub enum Signal {
     Position,
     /// Unit normal (x, y, z); triangles run counter-clockwise when seen from its tip.
     Normal,
+    /// Contact pressure, force/length²: size of the force of contacts over the current area. 0 where nothing touches.
+    ContactPressure,
     /// Time, the same at all points.
     Time,
 }
 
 impl Signal {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::MeanCurvature,
         Self::GaussianCurvature,
         Self::AreaStrain,
@@ -37,6 +39,7 @@ impl Signal {
         Self::AreaRatio,
         Self::Position,
         Self::Normal,
+        Self::ContactPressure,
         Self::Time,
     ];
 
@@ -51,6 +54,7 @@ impl Signal {
             Self::AreaRatio => "area_ratio",
             Self::Position => "position",
             Self::Normal => "normal",
+            Self::ContactPressure => "contact_pressure",
             Self::Time => "time",
         }
     }
@@ -59,7 +63,7 @@ impl Signal {
     #[must_use]
     pub fn lower(self) -> f64 {
         match self {
-            Self::AreaRatio | Self::Time => 0.0,
+            Self::AreaRatio | Self::ContactPressure | Self::Time => 0.0,
             Self::AreaStrain => -1.0,
             _ => f64::NEG_INFINITY,
         }
@@ -73,6 +77,7 @@ impl Signal {
             Self::GaussianCurvature => "1/length^2",
             Self::Tension => "force/length",
             Self::Position => "length",
+            Self::ContactPressure => "force/length^2",
             Self::Time => "time",
             Self::AreaStrain | Self::AreaRatio | Self::Normal => "1",
         }
@@ -89,6 +94,7 @@ impl Signal {
             Self::AreaRatio => &["area_ratio"],
             Self::Position => &["position_x", "position_y", "position_z"],
             Self::Normal => &["normal_x", "normal_y", "normal_z"],
+            Self::ContactPressure => &["contact_pressure"],
             Self::Time => &["time"],
         }
     }

@@ -18,10 +18,9 @@ use super::internal::vertex_means;
 use super::{Result, internal};
 
 /// Fields besides species and signals: name, unit, and what they are.
-const OTHERS: [(&str, &str); 6] = [
+const OTHERS: [(&str, &str); 5] = [
     ("vertex_area", "length^2"),
     ("force", "force"),
-    ("contact_pressure", "force/length^2"),
     ("length_factor", "1"),
     ("quality", "1"),
     ("rest_position", "length"),
@@ -211,7 +210,6 @@ impl Fields {
                     let force: Vec<Vec3> = at.gradient()?.iter().map(|g| -g).collect();
                     Field::vector(title, &force)
                 }
-                "contact_pressure" => Field::scalar(title, at.potential()?.contact_pressure(x)),
                 "length_factor" => Field::scalar(title, vertex_factor(at.potential()?)),
                 _ => Field::vector(title, sheet.rest()),
             });

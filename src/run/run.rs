@@ -167,6 +167,12 @@ fn start(
         Err(Error::Solve(SolveError::Interrupted)) => first.relaxation.residual = f64::NAN,
         Err(error) => return Err(session.stopped(simulation, error, Some(&start))),
     }
+    let (pairs, moved) = first.relaxation.separated;
+    if pairs > 0 {
+        session.progress.message(&format!(
+            "contact: {pairs} pairs of the start crossed or were too near, and were moved apart by at most {moved:.3e}"
+        ));
+    }
     first.work = simulation.spent().work;
     if let Err(error) = try_laws(simulation, session.progress) {
         return Err(session.stopped(simulation, error, Some(&start)));

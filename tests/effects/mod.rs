@@ -2,17 +2,20 @@
 
 mod constraint;
 mod contact;
+mod contact_pressure;
 mod contract;
 mod counted;
 mod faults;
 mod growth;
 mod hard_contact;
 mod internal;
+mod mesh_obstacle;
 mod planted;
 mod pressed;
 mod problem;
 mod proximity;
 mod registered;
 mod running;
+mod separated;
 mod touching;
 mod unlisted;

@@ -86,8 +86,8 @@ typedef struct {
 //
 // Each scalar signal is one column of a batch; `position` and `normal` are three (x, y, z).
 typedef struct {
-  // Which: `mean_curvature`, `gaussian_curvature`, `area_strain`, `tension`, `area_ratio`, `time`
-  // (one column each), `position`, `normal` (three).
+  // Which: `mean_curvature`, `gaussian_curvature`, `area_strain`, `tension`, `area_ratio`,
+  // `contact_pressure`, `time` (one column each), `position`, `normal` (three).
   RumpleStr name;
   // Magnitude that matters, > 0, in the signal's unit: scale of difference steps.
   double typical;

@@ -181,8 +181,8 @@ impl Parameter {
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct Signal {
-    /// Which: `mean_curvature`, `gaussian_curvature`, `area_strain`, `tension`, `area_ratio`, `time`
-    /// (one column each), `position`, `normal` (three).
+    /// Which: `mean_curvature`, `gaussian_curvature`, `area_strain`, `tension`, `area_ratio`,
+    /// `contact_pressure`, `time` (one column each), `position`, `normal` (three).
     pub name: Str,
     /// Magnitude that matters, > 0, in the signal's unit: scale of difference steps.
     pub typical: f64,
@@ -203,6 +203,8 @@ impl Signal {
     pub const POSITION: Self = Self::named("position");
     /// Unit normal; three columns; triangles run counter-clockwise when seen from its tip.
     pub const NORMAL: Self = Self::named("normal");
+    /// Contact pressure, force/length²: size of the force of contacts over the current area; 0 where nothing touches.
+    pub const CONTACT_PRESSURE: Self = Self::named("contact_pressure");
     /// Time; one column with stride 0.
     pub const TIME: Self = Self::named("time");
 

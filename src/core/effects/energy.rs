@@ -4,6 +4,7 @@ use std::any::Any;
 
 use serde::{Deserialize, Serialize};
 
+use super::Pins;
 use crate::Vec3;
 use crate::geometry::{Conditions, Shape};
 use crate::linear::BlockMatrix;
@@ -56,6 +57,17 @@ pub struct Touching {
     pub pairs: usize,
     /// The smallest distance of such a pair; infinite if there is none.
     pub gap: f64,
+}
+
+/// A start whose parts were moved away from one another.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Separation {
+    /// Its positions.
+    pub x: Vec<Vec3>,
+    /// Pairs that crossed or were too near.
+    pub pairs: usize,
+    /// The largest displacement.
+    pub moved: f64,
 }
 
 /// An effect with an energy `U(x; l̄, t)`: positions x, optimal lengths l̄, time t.
@@ -121,6 +133,17 @@ pub trait Energy: Send + Sync + 'static {
         1.0
     }
 
+    /// Whether the shape `from`, which it allows at its own time, may be led along straight lines to the positions `to` at
+    /// the time `at`: for energies that move in time and are infinite beyond; for [`Coupling::limits_steps`].
+    fn lets_pass(
+        &self,
+        _from: &Shape<'_>,
+        _work: &mut Self::Work,
+        (_to, _at): (&[Vec3], f64),
+    ) -> bool {
+        true
+    }
+
     /// Whether its forces are those of contact: the ledger then has what touches, and frames can have its pressure.
     fn is_contact(&self) -> bool {
         false
@@ -134,6 +157,17 @@ pub trait Energy: Send + Sync + 'static {
     /// Why `shape` can be no start, with the place, if it cannot: where the energy is infinite, or of no use; for
     /// [`Coupling::limits_steps`].
     fn refuses(&self, _shape: &Shape<'_>, _work: &mut Self::Work) -> Option<String> {
+        None
+    }
+
+    /// A start near `shape` that it does not refuse, with vertices kept along the directions of `pins`; `None` where `shape` is
+    /// one, no such start is found, or none is asked for. For [`Coupling::limits_steps`].
+    fn separate(
+        &self,
+        _shape: &Shape<'_>,
+        _work: &mut Self::Work,
+        _pins: &Pins,
+    ) -> Option<Separation> {
         None
     }
 
@@ -225,9 +259,11 @@ pub trait AnyEnergy: Send + Sync {
         terms: &mut Vec<LowRank>,
     );
     fn largest_step(&self, from: &Shape<'_>, work: &mut Work, direction: &[Vec3]) -> f64;
+    fn lets_pass(&self, from: &Shape<'_>, work: &mut Work, to: (&[Vec3], f64)) -> bool;
     fn is_contact(&self) -> bool;
     fn touching(&self, shape: &Shape<'_>, work: &mut Work) -> Touching;
     fn refuses(&self, shape: &Shape<'_>, work: &mut Work) -> Option<String>;
+    fn separate(&self, shape: &Shape<'_>, work: &mut Work, pins: &Pins) -> Option<Separation>;
     fn metric_derivatives(
         &self,
         shape: &Shape<'_>,
@@ -306,6 +342,10 @@ impl<E: Energy> AnyEnergy for E {
         Energy::largest_step(self, from, own(work), direction)
     }
 
+    fn lets_pass(&self, from: &Shape<'_>, work: &mut Work, to: (&[Vec3], f64)) -> bool {
+        Energy::lets_pass(self, from, own(work), to)
+    }
+
     fn is_contact(&self) -> bool {
         Energy::is_contact(self)
     }
@@ -316,6 +356,10 @@ impl<E: Energy> AnyEnergy for E {
 
     fn refuses(&self, shape: &Shape<'_>, work: &mut Work) -> Option<String> {
         Energy::refuses(self, shape, own(work))
+    }
+
+    fn separate(&self, shape: &Shape<'_>, work: &mut Work, pins: &Pins) -> Option<Separation> {
+        Energy::separate(self, shape, own(work), pins)
     }
 
     fn metric_derivatives(

@@ -53,7 +53,7 @@ pub use diffusion::{Diffusion, DiffusionMetric, DiffusionScheme};
 pub use directed::{DirectedGrowth, Direction};
 pub use element::{Element, Elements};
 pub(crate) use energy::{AnyEnergy, Work};
-pub use energy::{Coupling, Energy, EnergyTerm, HessianPart, LowRank, Touching};
+pub use energy::{Coupling, Energy, EnergyTerm, HessianPart, LowRank, Separation, Touching};
 pub use exchange::Exchange;
 pub use fibre::Fibre;
 pub use field::{Field, Part, Values};

@@ -210,7 +210,7 @@ impl<'a> Evaluation<'a> {
                 Some(chemistry) => {
                     let state = self.state;
                     let signals = chemistry.signals();
-                    signals.update(&self.potential()?.shape(&state.x), state.time, &mut columns);
+                    signals.update(self.potential()?, (&state.x, state.time), &mut columns);
                 }
             }
             self.memory.signals = columns;
@@ -321,7 +321,7 @@ impl<'a> Evaluation<'a> {
             return Ok(SignalColumns::new());
         }
         let state = self.state;
-        Ok(signals.evaluate(&self.potential()?.shape(&state.x), state.time))
+        Ok(signals.evaluate(self.potential()?, &state.x, state.time))
     }
 
     /// Gradient of the total energy with the fixed directions set to zero.

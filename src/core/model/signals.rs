@@ -7,6 +7,7 @@
 //! area_ratio          A/A⁰       current over rest area, growth included
 //! tension             σ          force/length, by one of three readings of the mean strain ē
 //! position, normal    x, n       three columns each
+//! contact_pressure    |f|/A      force/length²: f the force of contacts on a vertex, A a third of the current areas around
 //! time                t
 //! ```
 //!
@@ -27,6 +28,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::counters;
+use super::potential::Potential;
 use crate::Vec3;
 use crate::effects::{Elasticity, Values};
 use crate::geometry::{Curvature, Shape, VertexArea};
@@ -125,17 +127,25 @@ impl Signals {
         &self.wanted
     }
 
-    /// The columns of all wanted signals at `shape`: one value a point, vectors as three columns,
+    /// The columns of all wanted signals at `x`: one value a point, vectors as three columns,
     /// time as a column of one value.
     #[must_use]
-    pub fn evaluate(&self, shape: &Shape<'_>, time: f64) -> Vec<Vec<f64>> {
+    pub fn evaluate(&self, potential: &mut Potential, x: &[Vec3], time: f64) -> Vec<Vec<f64>> {
         let mut columns = Vec::new();
-        self.update(shape, time, &mut columns);
+        self.update(potential, (x, time), &mut columns);
         columns
     }
 
     /// [`Signals::evaluate`] in place of the columns of another shape.
-    pub(super) fn update(&self, shape: &Shape<'_>, time: f64, columns: &mut Vec<Vec<f64>>) {
+    pub(super) fn update(
+        &self,
+        potential: &mut Potential,
+        (x, time): (&[Vec3], f64),
+        columns: &mut Vec<Vec<f64>>,
+    ) {
+        let touches = self.wanted.contains(&Signal::ContactPressure);
+        let pressure = touches.then(|| potential.contact_pressure(x)).unwrap_or_default();
+        let shape = &potential.shape(x);
         let count = self.wanted.iter().map(|signal| signal.columns().len()).sum();
         let mut before = std::mem::replace(columns, Vec::with_capacity(count)).into_iter();
         let curvature = self.curvature(shape, counters::signal::VALUES);
@@ -159,6 +169,7 @@ impl Signals {
                 }
                 (Signal::AreaStrain, _) => columns.push(self.carry_faces(shape, strain(shape))),
                 (Signal::Tension, _) => columns.push(self.tension(shape)),
+                (Signal::ContactPressure, _) => columns.push(self.carry_vertices(shape, &pressure)),
                 // Curvature is evaluated whenever it is wanted and can be different from 0.
                 (_, None) => columns.push(vec![0.0; self.points(shape)]),
             }

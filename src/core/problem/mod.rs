@@ -274,6 +274,7 @@ impl<'a> Problem<'a> {
         let mechanics = Mechanics::of(Arc::clone(&self.sheet), mechanics)
             .map_err(|e| ProblemError::new(Part::Sheet, e.to_string(), None))?;
         self.check_ranks(&mechanics, !internal.is_empty())?;
+        self.check_contact(&mechanics)?;
         let rule = self.effects.iter().find_map(|effect| effect.vertex_area());
         let area = VertexArea::when_asked(rule.unwrap_or_default());
         let chemistry = self

@@ -159,6 +159,20 @@ impl Problem<'_> {
         Ok(())
     }
 
+    /// Refuses a law that reads the pressure of contact where nothing can touch.
+    pub(super) fn check_contact(&self, mechanics: &Mechanics) -> Result<(), ProblemError> {
+        let read = |law: &Law| {
+            let d = law.kinetics.descriptor();
+            d.signals.iter().chain(&d.observed).any(|read| read.signal == Signal::ContactPressure)
+        };
+        if !self.law.as_ref().is_some_and(read) || mechanics.contacts().next().is_some() {
+            return Ok(());
+        }
+        let message = "the law reads contact_pressure, and nothing in the scene can touch";
+        let help = "add [[effect]] kind = \"contact\", or kind = \"obstacle\"";
+        Err(ProblemError::new(Part::Law, message, Some(help)))
+    }
+
     /// Binds the effects to the sheet.
     pub(super) fn bind(&self, on_effect: &mut OnEffect<'_>) -> Result<Bound, ProblemError> {
         let law = self.law.as_ref();
@@ -289,6 +303,15 @@ impl Problem<'_> {
         let refused = |message: String, help| ProblemError::new(Part::Integrator, message, help);
         let integrator =
             self.integrator.build(storage).map_err(|e| refused(e.to_string(), None))?;
+        let read = self.law.iter().flat_map(|law| &law.kinetics.descriptor().signals);
+        if self.integrator.differentiates()
+            && read.map(|read| read.signal).any(|signal| signal == Signal::ContactPressure)
+        {
+            let message = "this integrator solves with the derivatives of signals, which contact_pressure, which the law \
+                reads, does not have";
+            let help = "integrator = \"staggered\" reads it under every policy";
+            return Err(refused(message.into(), Some(help)));
+        }
         if (mechanics.has_low_rank() || mechanics.couples_pairs())
             && self.integrator.needs_sparse_motion(storage)
         {

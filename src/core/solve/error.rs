@@ -274,6 +274,15 @@ pub enum SolveError {
         /// Relaxations tried.
         rounds: usize,
     },
+    /// An obstacle that a ramp moves comes too near to a shape in one step.
+    #[error(
+        "an obstacle would move through the sheet, or up to it, in one step before time {time}; try a slower ramp or a \
+         shorter step"
+    )]
+    Obstructed {
+        /// End of the step.
+        time: f64,
+    },
     /// A relaxation has left its trust region.
     #[error("no equilibrium lies within the trust region of the relaxation")]
     Departed,
@@ -368,6 +377,11 @@ impl SolveError {
                 | Self::NotAtRest { .. }
                 | Self::Constraint { .. }
         )
+    }
+
+    /// Whether a shorter way of an equilibrium may do without it.
+    pub(super) fn wants_shorter(&self) -> bool {
+        self.is_without_rest() || matches!(self, Self::Obstructed { .. })
     }
 
     /// As a problem tells its integrator.

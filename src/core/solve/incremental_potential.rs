@@ -254,6 +254,7 @@ impl Stage<'_> {
         };
         let start = State { x: good.to_vec().into(), ..State::clone(self.from) };
         let (mut state, held) = self.route.at(self.start + at * self.step, &start);
+        workspace.check_way(self.from, &state)?;
         let Stepping { trust, looser, displacement, .. } = *self.by;
         let anchor = Some(pull);
         let search = Search { anchor, guess, trust, looser, displacement, held };

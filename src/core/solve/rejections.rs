@@ -86,6 +86,7 @@ impl SolveError {
             | Self::NotAtRest { .. }
             | Self::Stalled { .. }
             | Self::Departed
+            | Self::Obstructed { .. }
             | Self::WithoutRest { .. }
             | Self::InsideOut
             | Self::Constraint { .. } => Cause::Relaxation,

@@ -40,6 +40,8 @@ pub(super) struct Cluster {
     pub(super) centre: Vec3,
     pub(super) radius: f64,
     pub(super) patch: Patch,
+    /// Which of two bodies it is of, where features of one body make no pairs.
+    pub(super) body: Option<bool>,
 }
 
 /// The part of the sheet around a cluster; nothing where there is none of use.
@@ -64,6 +66,12 @@ impl Cluster {
     #[inline]
     pub(super) fn span(&self, other: &Self) -> f64 {
         (self.centre - other.centre).norm() + self.radius + other.radius
+    }
+
+    /// Whether the two are of one body whose features make no pairs.
+    #[inline]
+    pub(super) fn same_body(&self, other: &Self) -> bool {
+        self.body.is_some() && self.body == other.body
     }
 
     /// The box of its corners in `x`.

@@ -81,6 +81,12 @@ impl Deformation {
         [first * p, second[0] * p + second[1] * q]
     }
 
+    /// By how much F of a triangle changes at most where every vertex moves by 1.
+    pub(super) fn largest_change(&self, t: usize) -> f64 {
+        let Tangents { first, second: [p, q], .. } = self.tangents[t];
+        2.0 * first.hypot(p.abs() + q.abs())
+    }
+
     pub(super) fn gradients(&self, sheet: &Sheet, x: &[Vec3]) -> Vec<Gradient> {
         let mut all = vec![[Vec3::zeros(); 2]; sheet.triangle_count()];
         parallel::fill(&mut all, |t| self.gradient(sheet, x, t));

@@ -13,6 +13,9 @@ use crate::box_tree::{Bounds, BoxTree};
 /// Pairs are taken over where at least this share of the allowed approach of their clusters is left.
 const KEPT: f64 = 0.5;
 
+/// By how much clusters approach at most where every vertex moves by 1: their means by 2, their spreads by 4.
+const APPROACH: f64 = 6.0;
+
 /// The clusters that are near one another.
 #[derive(Debug)]
 pub(super) struct Neighbours {
@@ -107,7 +110,11 @@ impl Neighbours {
             let enter = |node: &Bounds| node.gap(&ours.swept) < farthest;
             tree.visit(enter, 0, |j| {
                 let (other, theirs) = (&clusters[j as usize], &boxes[j as usize]);
-                if (j as usize) < k || covers(k, j) || covers(j as usize, index(k)) {
+                if (j as usize) < k
+                    || own.same_body(&clusters[j as usize])
+                    || covers(k, j)
+                    || covers(j as usize, index(k))
+                {
                     return;
                 }
                 let relative = d.map_or(0.0, |_| ours.moves.span(&theirs.moves));
@@ -131,12 +138,13 @@ impl Neighbours {
         Self { of, unlisted: limit.slack + beyond, moved: Vec::with_capacity(clusters.len()) }
     }
 
-    /// Whether the pairs are still all there are, now that vertices have `moved`.
-    pub(super) fn still_hold(
+    /// How much further every vertex may move, now that vertices have `moved`, until the pairs may not be all there are; less
+    /// than 0 where they are not.
+    pub(super) fn room(
         &mut self,
         clusters: &[Cluster],
         moved: &(impl Fn(u32) -> Vec3 + Sync),
-    ) -> bool {
+    ) -> f64 {
         Moved::of(clusters, moved, &mut self.moved);
         let (all, listed) = (&self.moved, &self.of);
         let mean = all.iter().map(|moved| moved.mean).sum::<Vec3>() / real(all.len().max(1));
@@ -147,7 +155,7 @@ impl Neighbours {
                 |other: &Neighbour| all[k].approach(&all[other.number as usize]) - other.allowed;
             listed[k].iter().map(beyond).fold(far, f64::max)
         };
-        parallel::max(clusters.len(), excess) <= 0.0
+        -parallel::max(clusters.len(), excess) / APPROACH
     }
 
     /// Takes over the pairs of clusters that have used up little of what they may approach since those `before`, as

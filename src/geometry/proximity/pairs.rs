@@ -15,7 +15,7 @@ use rumple_numerics::parallel;
 use rumple_sheet::Sheet;
 
 use super::advance::{Kind, at};
-use super::clusters::{Cluster, clusters};
+use super::clusters::{Cluster, Patch, clusters};
 use super::deformation::{Bound, Deformation, Gradient, change, largest_change};
 use super::neighbours::Neighbours;
 use super::search::{Limit, Search};
@@ -45,7 +45,8 @@ pub struct Range {
 impl Range {
     /// The reach of features that are so far apart at rest.
     #[inline]
-    pub(super) fn at(&self, kind: Kind, at_rest: f64) -> f64 {
+    #[must_use]
+    pub fn at(&self, kind: Kind, at_rest: f64) -> f64 {
         self.of(kind).min(OF_REST * self.shrinkage * at_rest)
     }
 
@@ -91,10 +92,12 @@ struct List {
     pairs: Vec<Pair>,
     neighbours: Neighbours,
     gradients: Vec<Gradient>,
-    /// By how much F may change on every triangle, squared.
+    /// By how much F may change on every triangle.
     allowance: Vec<f64>,
     /// How far apart the patches of clusters keep their points.
     bounds: Vec<Option<Bound>>,
+    /// Where it was last seen to serve, and how far every vertex may go from there.
+    seen: Option<(Vec<Vec3>, f64)>,
 }
 
 impl Proximity {
@@ -106,6 +109,19 @@ impl Proximity {
         let tree = BoxTree::new(&boxes);
         let deformation = Deformation::new(sheet);
         Self { clusters, tree, deformation, edge, list: None }
+    }
+
+    /// The same for a sheet of two bodies that are far apart at rest, the vertices of the first before `first`: pairs are
+    /// those of features of both.
+    #[must_use]
+    pub fn between(sheet: &Sheet, first: usize, edge: f64, reach: f64) -> Self {
+        let mut made = Self::new(sheet, edge, reach);
+        for cluster in &mut made.clusters {
+            cluster.body = cluster.vertices.first().map(|v| (*v as usize) < first);
+            // Nothing within a body has to be kept apart.
+            cluster.patch = Patch::default();
+        }
+        made
     }
 
     /// All pairs of a vertex and a triangle that may be within their reach at `x`, by vertex and triangle, and all such
@@ -189,12 +205,13 @@ impl Proximity {
         let mut allowance = vec![f64::INFINITY; sheet.triangle_count()];
         for (k, cluster) in self.clusters.iter().enumerate() {
             if let Some(bound) = bounds[k].filter(|bound| bound.holds) {
-                let allowed = bound.allowance(&cluster.patch, needed).powi(2);
+                let allowed = bound.allowance(&cluster.patch, needed);
                 let triangles = cluster.patch.triangles.iter().map(|t| *t as usize);
                 triangles.for_each(|t| allowance[t] = allowance[t].min(allowed));
             }
         }
-        List { at: x.to_vec(), range, pairs, neighbours, gradients, allowance, bounds }
+        let (at, seen) = (x.to_vec(), None);
+        List { at, range, pairs, neighbours, gradients, allowance, bounds, seen }
     }
 
     /// All pairs that may touch on the step `d` from `x`, where a list serves, to `end`.
@@ -240,17 +257,29 @@ impl List {
         x: &[Vec3],
         deformation: &Deformation,
     ) -> bool {
-        let moved = |v: u32| x[v as usize] - self.at[v as usize];
-        if self.at.len() != x.len() || !self.neighbours.still_hold(clusters, &moved) {
+        if self.at.len() != x.len() {
             return false;
         }
-        let deformed = |t: usize| {
+        if let Some((seen, room)) = &self.seen {
+            let moved = parallel::max(x.len(), |v| (x[v] - seen[v]).norm_squared());
+            if moved.sqrt() < *room {
+                return true;
+            }
+        }
+        let moved = |v: u32| x[v as usize] - self.at[v as usize];
+        let near = self.neighbours.room(clusters, &moved);
+        let bent = |t: usize| {
             if self.allowance[t] == f64::INFINITY {
                 return f64::NEG_INFINITY;
             }
-            change(&self.gradients[t], &deformation.gradient(sheet, x, t)) - self.allowance[t]
+            let changed = change(&self.gradients[t], &deformation.gradient(sheet, x, t));
+            (changed.sqrt() - self.allowance[t]) / deformation.largest_change(t)
         };
-        parallel::max(self.allowance.len(), deformed) <= 0.0
+        let room = near.min(-parallel::max(self.allowance.len(), bent));
+        if room >= 0.0 {
+            self.seen = Some((x.to_vec(), room));
+        }
+        room >= 0.0
     }
 }
 

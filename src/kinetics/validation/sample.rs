@@ -60,7 +60,7 @@ impl Samples {
                     match read.signal {
                         Signal::AreaRatio => 10_f64.powf(random.random_range(-1.0..1.0)),
                         Signal::AreaStrain => signed(random, size).max(-0.9),
-                        Signal::Time => size,
+                        Signal::ContactPressure | Signal::Time => size,
                         Signal::Normal => random.random_range(-1.0..1.0),
                         _ => signed(random, size),
                     }

@@ -23,25 +23,29 @@
 //! References: those of `barrier.rs` and `touching.rs`. Not covered: friction; adhesion; exchange of species.
 
 mod barrier;
+mod mesh;
 mod mollifier;
 mod obstacle;
+mod separate;
+mod sums;
 mod touching;
 
 use serde::{Deserialize, Serialize};
 
 use super::{
     Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart, Material, Needs,
-    Touching,
+    Pins, Separation, Touching,
 };
 use crate::Vec3;
 use crate::geometry::proximity::{Kind, Proximity, Range, at};
 use crate::geometry::{Conditions, Crossings, Found, Shape, lumped_areas};
-use crate::linear::{BlockMatrix, Stencils};
+use crate::linear::BlockMatrix;
 use crate::num::checked::Positive;
 use crate::parallel;
 use crate::sheet::{Edge, Sheet};
 use barrier::Barrier;
 pub use obstacle::{Obstacle, ObstacleShape, Side};
+use separate::Start;
 use touching::{Contact, Weights};
 
 /// The stiffness κ in units of Young's modulus, unless a scene says otherwise. Surfaces that push on one another with
@@ -65,6 +69,13 @@ pub struct SelfContact {
     /// The stiffness κ, stress; a tenth of Young's modulus without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<Positive>,
+    /// Whether a start that touches or crosses itself slightly is moved apart, in place of being refused.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub separate: bool,
+}
+
+fn is_false(value: &bool) -> bool {
+    !value
 }
 
 #[typetag::serialize(name = "contact")]
@@ -85,7 +96,8 @@ impl EffectSpec for SelfContact {
             let help = Some("at most material.thickness, which it is without the key".into());
             return Err(EffectError { key: "distance", message, help });
         }
-        Ok(Effect::energy(Contacts::new(context.sheet, distance, stiffness)))
+        let contacts = Contacts::new(context.sheet, distance, stiffness);
+        Ok(Effect::energy(Contacts { separate: self.separate, ..contacts }))
     }
 }
 
@@ -109,6 +121,21 @@ fn barrier_of(
     })
 }
 
+/// Half of the rest area of every vertex and of every edge.
+fn halves(sheet: &Sheet) -> (Vec<f64>, Vec<f64>) {
+    let vertex: Vec<f64> = lumped_areas(sheet).into_iter().map(|area| 0.5 * area).collect();
+    let area = |t: u32| {
+        let [a, b, c] = sheet.triangles()[t as usize].map(|v| sheet.rest()[v as usize]);
+        0.5 * (b - a).cross(&(c - a)).norm()
+    };
+    let of_edge = |edge: &Edge| {
+        let both = edge.triangles.iter().filter(|t| **t != Edge::NONE);
+        both.map(|t| area(*t) / 6.0).sum()
+    };
+    let edge = sheet.edges().iter().map(of_edge).collect();
+    (vertex, edge)
+}
+
 /// Self-contact of one sheet.
 #[derive(Debug)]
 pub struct Contacts {
@@ -119,23 +146,15 @@ pub struct Contacts {
     /// Half of the rest area of vertices and of edges.
     vertex: Vec<f64>,
     edge: Vec<f64>,
+    separate: bool,
 }
 
 impl Contacts {
     /// On `sheet`, at distances below `distance`, with the stiffness κ.
     #[must_use]
     pub fn new(sheet: &Sheet, distance: f64, stiffness: f64) -> Self {
-        let vertex: Vec<f64> = lumped_areas(sheet).into_iter().map(|area| 0.5 * area).collect();
-        let area = |t: u32| {
-            let [a, b, c] = sheet.triangles()[t as usize].map(|v| sheet.rest()[v as usize]);
-            0.5 * (b - a).cross(&(c - a)).norm()
-        };
-        let of_edge = |edge: &Edge| {
-            let both = edge.triangles.iter().filter(|t| **t != Edge::NONE);
-            both.map(|t| area(*t) / 6.0).sum()
-        };
-        let edge = sheet.edges().iter().map(of_edge).collect();
-        Self { distance, stiffness, vertex, edge }
+        let (vertex, edge) = halves(sheet);
+        Self { distance, stiffness, vertex, edge, separate: false }
     }
 
     /// All contacts at `shape`.
@@ -197,14 +216,7 @@ impl Energy for Contacts {
         work: &mut ContactWork,
         gradient: Option<&mut [Vec3]>,
     ) -> f64 {
-        let contacts = self.at(shape, work);
-        if let Some(gradient) = gradient {
-            for contact in &contacts {
-                let by = contact.gradient();
-                contact.carriers().for_each(|k| gradient[contact.corners[k] as usize] += by[k]);
-            }
-        }
-        parallel::sum(contacts.len(), |k| contacts[k].energy())
+        sums::evaluate(&self.at(shape, work), gradient)
     }
 
     fn add_hessian(
@@ -214,30 +226,7 @@ impl Energy for Contacts {
         part: HessianPart,
         into: &mut BlockMatrix,
     ) {
-        let contacts = self.at(shape, work);
-        if contacts.is_empty() {
-            return;
-        }
-        // Places of the corners, in the ascending order of their vertices.
-        let order = |contact: &Contact| {
-            let mut places: Vec<usize> = contact.carriers().collect();
-            places.sort_unstable_by_key(|k| contact.corners[*k]);
-            places
-        };
-        let vertices = |contact: &Contact| -> Vec<u32> {
-            order(contact).iter().map(|k| contact.corners[*k]).collect()
-        };
-        let stencils = Stencils::new(into.pattern(), contacts.iter().map(vertices));
-        stencils.assemble(into, |e, sink| {
-            let contact = &contacts[e];
-            let (order, blocks) =
-                (order(contact), contact.hessian(&at(shape.x, &contact.corners), part));
-            for (p, k) in order.iter().enumerate() {
-                for (q, m) in order.iter().enumerate().skip(p) {
-                    sink.add(p, q, &blocks[*k][*m]);
-                }
-            }
-        });
+        sums::add_hessian(&self.at(shape, work), shape.x, part, into);
     }
 
     fn pairs(&self, shape: &Shape<'_>, work: &mut ContactWork, pairs: &mut Vec<[u32; 2]>) {
@@ -259,9 +248,22 @@ impl Energy for Contacts {
     }
 
     fn touching(&self, shape: &Shape<'_>, work: &mut ContactWork) -> Touching {
-        let contacts = self.at(shape, work);
-        let gap = contacts.iter().map(Contact::distance).fold(f64::INFINITY, f64::min);
-        Touching { pairs: contacts.len(), gap }
+        sums::touching(&self.at(shape, work))
+    }
+
+    fn separate(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut ContactWork,
+        pins: &Pins,
+    ) -> Option<Separation> {
+        if !self.separate {
+            return None;
+        }
+        let range = self.range(work);
+        let proximity = work.proximity(shape, self.distance);
+        let start = Start { sheet: shape.sheet, x: shape.x, pins, range, proximity };
+        start.separated()
     }
 
     fn refuses(&self, shape: &Shape<'_>, work: &mut ContactWork) -> Option<String> {
@@ -269,7 +271,15 @@ impl Energy for Contacts {
         if found.pairs > 0 {
             let Found { pairs, .. } = found;
             let place = found.place(shape.sheet, shape.x);
-            return Some(format!("{pairs} pairs of its triangles cross, {place}"));
+            let how = match self.separate {
+                true => {
+                    "; `separate` moves vertices by up to the distance of contact, and they cross by more"
+                }
+                false => {
+                    "; `separate = true` moves apart what crosses by less than the distance of contact"
+                }
+            };
+            return Some(format!("{pairs} pairs of its triangles cross, {place}{how}"));
         }
         // What touches in the rest positions too has no reach.
         let least = TOUCH * shape.metric.mean_edge();

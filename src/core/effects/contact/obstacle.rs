@@ -17,13 +17,19 @@
 //!
 //! **Hessian.** Exact; the positive part leaves out what a convex surface does across its normal.
 //!
-//! Not covered: friction; meshes as obstacles.
+//! A mesh is an obstacle of another kind (`mesh.rs`).
+//!
+//! Not covered: friction.
+
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use super::barrier::Barrier;
 use super::barrier_of;
+use super::mesh::MeshBody;
 use crate::Vec3;
+use crate::effects::field::named;
 use crate::effects::{
     Block, BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, Factor,
     HessianPart, Needs, Ramp, Touching,
@@ -57,7 +63,7 @@ pub struct Obstacle {
 }
 
 /// The surface of an obstacle.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum ObstacleShape {
     /// A plane.
@@ -92,6 +98,15 @@ pub enum ObstacleShape {
         #[serde(default)]
         sheet: Side,
     },
+    /// The triangles of a file.
+    Mesh(PathBuf),
+}
+
+impl ObstacleShape {
+    /// The file that it is read from.
+    fn file(&self) -> Option<&Path> {
+        if let Self::Mesh(file) = self { Some(file) } else { None }
+    }
 }
 
 /// Where the sheet is.
@@ -108,9 +123,9 @@ pub enum Side {
 #[typetag::serialize(name = "obstacle")]
 impl EffectSpec for Obstacle {
     fn needs(&self) -> Needs {
-        let along_z = match self.shape {
+        let along_z = match &self.shape {
             ObstacleShape::Plane { normal, .. } => normal[2].get() != 0.0,
-            ObstacleShape::Sphere { .. } | ObstacleShape::Cylinder { .. } => true,
+            _ => true,
         };
         let material = self.distance.is_none() || self.stiffness.is_none();
         Needs { material, out_of_plane: along_z.then_some("shape"), ..Needs::default() }
@@ -120,18 +135,40 @@ impl EffectSpec for Obstacle {
         Factor::new(self.ramp.as_ref()).map_or_else(|_| Vec::new(), |ramp| ramp.breakpoints(until))
     }
 
+    fn files(&self) -> Vec<(&'static str, &Path)> {
+        named([("shape.mesh", self.shape.file())])
+    }
+
+    fn resolve_paths_against(&mut self, folder: &Path) {
+        if let ObstacleShape::Mesh(file) = &mut self.shape {
+            *file = folder.join(&*file);
+        }
+    }
+
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let factor = Factor::new(self.ramp.as_ref())?;
         let thickness = context.material.map(|m| 0.5 * m.thickness);
         let barrier = barrier_of((self.distance, thickness), self.stiffness, context.material)?;
-        let surface = Surface::new(&self.shape)?;
         let by = self.displacement.map_or(Vec3::zeros(), |d| Vec3::from(d.map(Finite::get)));
-        let area = lumped_areas(context.sheet);
-        Ok(Effect::energy(Body { surface, barrier, by, factor, area }))
+        Ok(match Form::new(&self.shape)? {
+            Form::Mesh(file) => {
+                Effect::energy(MeshBody::read(file, context, barrier, (by, factor))?)
+            }
+            Form::Smooth(surface) => {
+                let area = lumped_areas(context.sheet);
+                Effect::energy(Body { surface, barrier, by, factor, area })
+            }
+        })
     }
 }
 
 crate::register_kind!(dyn EffectSpec, "obstacle", Obstacle);
+
+/// How the distance from an obstacle is known.
+enum Form<'a> {
+    Smooth(Surface),
+    Mesh(&'a Path),
+}
 
 /// A surface with its signed distance.
 #[derive(Debug, Clone, Copy)]
@@ -146,8 +183,8 @@ struct Surface {
     normal: Vec3,
 }
 
-impl Surface {
-    fn new(shape: &ObstacleShape) -> Result<Self, EffectError> {
+impl<'a> Form<'a> {
+    fn new(shape: &'a ObstacleShape) -> Result<Self, EffectError> {
         let vector = |v: [Finite; 3]| Vec3::from(v.map(Finite::get));
         let unit = |v: [Finite; 3], what: &str| {
             let message = format!("the {what} must be a nonzero vector");
@@ -155,13 +192,13 @@ impl Surface {
             vector(v).try_normalize(0.0).ok_or(refused)
         };
         let sign = |side: Side| if side == Side::Outside { 1.0 } else { -1.0 };
-        Ok(match *shape {
+        Ok(Self::Smooth(match *shape {
             ObstacleShape::Plane { point, normal } => {
                 let normal = unit(normal, "normal")?;
                 let across = Block::zeros();
-                Self { point: vector(point), across, radius: None, sign: 1.0, normal }
+                Surface { point: vector(point), across, radius: None, sign: 1.0, normal }
             }
-            ObstacleShape::Sphere { centre, radius, sheet } => Self {
+            ObstacleShape::Sphere { centre, radius, sheet } => Surface {
                 point: vector(centre),
                 across: Block::identity(),
                 radius: Some(radius.get()),
@@ -171,7 +208,7 @@ impl Surface {
             ObstacleShape::Cylinder { point, axis, radius, sheet } => {
                 let axis = unit(axis, "axis")?;
                 let aside = if axis.x.abs() < 0.9 { Vec3::x() } else { Vec3::y() };
-                Self {
+                Surface {
                     point: vector(point),
                     across: Block::identity() - axis * axis.transpose(),
                     radius: Some(radius.get()),
@@ -179,9 +216,12 @@ impl Surface {
                     normal: axis.cross(&aside).normalize(),
                 }
             }
-        })
+            ObstacleShape::Mesh(ref file) => return Ok(Self::Mesh(file)),
+        }))
     }
+}
 
+impl Surface {
     /// The signed distance at x, its gradient, and its second derivatives.
     fn at(&self, x: &Vec3) -> (f64, Vec3, Block) {
         let Some(radius) = self.radius else {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{Potential, energy};
 use crate::Vec3;
-use crate::effects::Touching;
+use crate::effects::{EnergyTerm, Separation, Touching};
 use crate::geometry::{Face, Shape, sum_at_corners};
 use crate::parallel;
 
@@ -29,6 +29,29 @@ impl Potential {
         let face = |t: usize| Face::of(&sheet.triangles()[t].map(|v| x[v as usize])).area;
         sum_at_corners(sheet, |t| face(t) / 3.0, &mut area);
         force.iter().zip(&area).map(|(f, a)| if *a > 0.0 { f.norm() / a } else { 0.0 }).collect()
+    }
+
+    /// Whether all effects let the shape `from`, at rest at the time `since`, pass along straight lines to `to` at the
+    /// time in force.
+    pub fn lets_pass(&mut self, (from, since): (&[Vec3], f64), to: &[Vec3]) -> bool {
+        let Self { mechanics, metric, time, work, .. } = self;
+        let shape = Shape { sheet: mechanics.sheet(), metric, time: since, x: from };
+        let moves = |term: &EnergyTerm| term.coupling().limits_steps && term.depends_on_time();
+        let mut terms = mechanics.terms().iter().zip(work).enumerate();
+        terms.all(|(k, (term, work))| {
+            let _scope = moves(term).then(|| mechanics.meters()[k].scope(energy::STEPS));
+            !moves(term) || term.lets_pass(&shape, work, (to, *time))
+        })
+    }
+
+    /// A start near `x` that effects were asked to make of one that they refuse.
+    pub fn separate(&mut self, x: &[Vec3]) -> Option<Separation> {
+        let mechanics = Arc::clone(&self.mechanics);
+        let mut first = None;
+        self.each(energy::STEPS, x, |_, term, work, shape| {
+            first = first.take().or_else(|| term.separate(shape, work, mechanics.pins()));
+        });
+        first
     }
 
     /// The first effect that cannot begin with `x`, and why.

@@ -33,7 +33,8 @@ impl Signals {
         for (k, signal) in self.wanted.iter().enumerate() {
             let _scope = self.scope(k + 1, counters::signal::DERIVATIVES);
             match signal {
-                Signal::Time => {}
+                // Who solves with derivatives refuses a law that reads the pressure of contact.
+                Signal::ContactPressure | Signal::Time => {}
                 Signal::MeanCurvature | Signal::GaussianCurvature => {
                     if let Some(curvature) = &curvature {
                         let mean = *signal == Signal::MeanCurvature;

@@ -121,6 +121,8 @@ pub struct Relaxation {
     pub jumps: usize,
     /// Energy that they released.
     pub released: f64,
+    /// Pairs of a start that were moved apart before, and by how much at most.
+    pub separated: (usize, f64),
 }
 
 impl Relaxation {

@@ -121,6 +121,7 @@ impl EquilibriumPath {
         next: &mut State,
     ) -> Result<Relaxation> {
         if !workspace.reaches_rest() {
+            workspace.check_way(from, next)?;
             return workspace.relax_once(next);
         }
         let (mut shape, to) = (from.clone(), next.clone());
@@ -209,7 +210,7 @@ impl EquilibriumPath {
                     course.done.add(&next.done);
                     course.step = length * factor(next.error, SAFETY);
                 }
-                Err(error) if error.is_without_rest() && length > shortest => {
+                Err(error) if error.wants_shorter() && length > shortest => {
                     course.step = SHRINK * length;
                 }
                 Err(error) if !error.is_without_rest() => return Err(error),

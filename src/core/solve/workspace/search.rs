@@ -105,6 +105,20 @@ impl Workspace {
         self.search(state, search)
     }
 
+    /// That obstacles which move between two states let the shape of the one become that of the other.
+    ///
+    /// # Errors
+    /// [`SolveError::Obstructed`]; as for [`Workspace::relax`] if the model has no value.
+    pub(in crate::solve) fn check_way(&mut self, from: &State, to: &State) -> Result<()> {
+        if !self.model.mechanics().limits_steps() || from.time == to.time {
+            return Ok(());
+        }
+        match self.at(to).potential()?.lets_pass((&from.x, from.time), &to.x) {
+            true => Ok(()),
+            false => Err(SolveError::Obstructed { time: to.time }),
+        }
+    }
+
     /// Brings the shape of `state` to a minimum as `search` says. On an error the shape is the last good one.
     ///
     /// # Errors
