@@ -304,7 +304,7 @@ impl Problem<'_> {
         let integrator =
             self.integrator.build(storage).map_err(|e| refused(e.to_string(), None))?;
         let read = self.law.iter().flat_map(|law| &law.kinetics.descriptor().signals);
-        if self.integrator.differentiates()
+        if self.integrator.uses_jacobian()
             && read.map(|read| read.signal).any(|signal| signal == Signal::ContactPressure)
         {
             let message = "this integrator solves with the derivatives of signals, which contact_pressure, which the law \
