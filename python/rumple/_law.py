@@ -1,4 +1,4 @@
-"""What the functions of a law compute, as text: the same in another process, another after an edit."""
+"""What the functions of a law compute, as text: the same in another process, another after an edit; and their derivatives."""
 
 import inspect
 import types
@@ -54,3 +54,60 @@ def _code(code):
         for constant in code.co_consts
     ]
     return f"{code.co_code.hex()} {code.co_names} {code.co_varnames} {constants}"
+
+
+class _Columns(dict):
+    """Columns by name, as a batch has them."""
+
+    __getattr__ = dict.__getitem__
+
+
+def differentiated(how, rates, inputs):
+    """`rates` in double precision, and its derivatives by the columns named `inputs`, by automatic differentiation.
+
+    `rates` is written with jax.numpy and computes every point by itself: a tangent of ones along one column gives the derivatives
+    by that column at all points.
+    """
+    if how != "jax":
+        raise ValueError(f'rate_partials is {how!r}, expected a function or "jax"')
+    try:
+        import jax
+    except ImportError as error:
+        raise ImportError('rate_partials="jax" needs JAX: pip install jax') from error
+    from jax import numpy
+
+    def columns(at):
+        return _Columns({name: at[name] for name in at.keys()})
+
+    def in_double(at):
+        with _double(jax):
+            return rates(columns(at))
+
+    def partials(at):
+        with _double(jax):
+            known = columns(at)
+            given = {name: numpy.asarray(known[name]) for name in inputs}
+
+            def of(changed):
+                all_rates = rates(_Columns({**known, **changed}))
+                shape = given[inputs[0]].shape
+                return {species: numpy.broadcast_to(rate, shape) for species, rate in all_rates.items()}
+
+            found = {}
+            for name in inputs:
+                tangent = {other: numpy.full_like(column, other == name) for other, column in given.items()}
+                _, derivatives = jax.jvp(of, (given,), (tangent,))
+                found.update({(species, name): column for species, column in derivatives.items()})
+            return found
+
+    return in_double, partials
+
+
+def _double(jax):
+    """Double precision for what is computed inside."""
+    try:
+        return jax.enable_x64(True)
+    except AttributeError:
+        from jax.experimental import enable_x64
+
+        return enable_x64()

@@ -279,7 +279,7 @@ class Batch:
 class Law:
     """A law: a function that gives the rates of species from columns of species, signals and parameters.
 
-    It must be pure: the same columns give the same rates. Derivatives are taken by differences.
+    It must be pure: the same columns give the same rates.
     """
 
     def __new__(
@@ -289,13 +289,19 @@ class Law:
         *,
         signals: Optional[_Names] = None,
         parameters: Optional[dict[str, float]] = None,
+        rate_partials: Union[Callable[[Batch], dict[tuple[str, str], ArrayLike]], str, None] = None,
         length_factor: Optional[Callable[[Batch], ArrayLike]] = None,
+        length_factor_across: Optional[Callable[[Batch], ArrayLike]] = None,
+        curvature: Optional[Callable[[Batch], ArrayLike]] = None,
         location: str = "vertex",
         name: Optional[str] = None,
     ) -> Law:
         """`species` and `signals` are names, or a dict of names and typical magnitudes; `name` is by default that of `rates`.
 
-        What a species has besides is given by a dict with `typical`, `lower`, `upper` and `unit`.
+        What a species has besides is given by a dict with `typical`, `lower`, `upper` and `unit`. `rate_partials` gives the
+        derivatives of the rates, `{("c", "mean_curvature"): column}` by species and column; pairs that it leaves out are 0. With
+        `"jax"` they are found by JAX, for rates written with jax.numpy; by default by differences. `length_factor`,
+        `length_factor_across` (a fibre) and `curvature` (spontaneous, of bending) are functions of the species.
         """
     @property
     def name(self) -> str:

@@ -34,7 +34,7 @@ def _pickled(law: Any) -> bytes:
         cloudpickle = pickle
         (rates, *_), settings = law.__getnewargs_ex__()
         # Pickle keeps names, and in another process this module is another one.
-        if any(getattr(one, "__module__", "") == "__main__" for one in (rates, settings["length_factor"])):
+        if any(getattr(one, "__module__", "") == "__main__" for one in (rates, *filter(callable, settings.values()))):
             raise Error(f"{what}: {helps}") from None
     try:
         return pickle.dumps((sys.path, bytes(cloudpickle.dumps(law))))

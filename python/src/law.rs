@@ -7,8 +7,8 @@ use pyo3::exceptions::{PyAttributeError, PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyString, PyTuple};
 use rumple::kinetics::{
-    self as engine, Capabilities, Column, Descriptor, HostLaw, Kinetics, KineticsError, Location,
-    Outcome, Parameter, Signal, SignalRead, Template, descriptor,
+    self as engine, Capabilities, Column, Descriptor, Feedback, HostLaw, Kinetics, KineticsError,
+    Location, Outcome, Parameter, Signal, SignalRead, Template, descriptor, differences,
 };
 use rumple::output::provenance::fingerprint;
 
@@ -29,7 +29,19 @@ pub(crate) struct Law {
 #[derive(Debug)]
 struct Functions {
     rates: Py<PyAny>,
+    rate_partials: Option<Py<PyAny>>,
     length_factor: Option<Py<PyAny>>,
+    length_factor_across: Option<Py<PyAny>>,
+    curvature: Option<Py<PyAny>>,
+}
+
+impl Functions {
+    fn feedback(&self, which: Feedback) -> Option<&Py<PyAny>> {
+        match which {
+            Feedback::Curvature => self.curvature.as_ref(),
+            Feedback::FactorAcross => self.length_factor_across.as_ref(),
+        }
+    }
 }
 
 /// What a law reads at a batch of points: columns and numbers, by name.
@@ -64,10 +76,11 @@ impl Batch {
 #[pymethods]
 impl Law {
     /// `species` and `signals` are names, or a dict of names and typical magnitudes (species also: dicts with
-    /// `typical`, `lower`, `upper`, `unit`); `parameters` are names and values.
+    /// `typical`, `lower`, `upper`, `unit`); `parameters` are names and values. `rate_partials` gives the derivatives of the
+    /// rates by pairs of a species and an input, or is "jax".
     #[new]
-    #[pyo3(signature = (rates, species, *, signals = None, parameters = None, length_factor = None,
-        location = "vertex", name = None))]
+    #[pyo3(signature = (rates, species, *, signals = None, parameters = None, rate_partials = None,
+        length_factor = None, length_factor_across = None, curvature = None, location = "vertex", name = None))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,
@@ -75,14 +88,20 @@ impl Law {
         species: &Bound<'_, PyAny>,
         signals: Option<&Bound<'_, PyAny>>,
         parameters: Option<&Bound<'_, PyDict>>,
+        rate_partials: Option<Py<PyAny>>,
         length_factor: Option<Py<PyAny>>,
+        length_factor_across: Option<Py<PyAny>>,
+        curvature: Option<Py<PyAny>>,
         location: &str,
         name: Option<String>,
     ) -> PyResult<Self> {
         let keywords = [
             ("signals", signals.cloned()),
             ("parameters", parameters.map(|parameters| parameters.as_any().clone())),
+            ("rate_partials", rate_partials.as_ref().map(|given| given.bind(py).clone())),
             ("length_factor", length_factor.as_ref().map(|function| function.bind(py).clone())),
+            ("length_factor_across", length_factor_across.as_ref().map(|f| f.bind(py).clone())),
+            ("curvature", curvature.as_ref().map(|function| function.bind(py).clone())),
             ("location", Some(PyString::new(py, location).into_any())),
             ("name", name.as_ref().map(|name| PyString::new(py, name).into_any())),
         ];
@@ -111,7 +130,10 @@ impl Law {
             observables: Vec::new(),
             observed: Vec::new(),
             capabilities: Capabilities {
+                rate_partials: rate_partials.is_some(),
                 length_factor: length_factor.is_some(),
+                length_factor_across: length_factor_across.is_some(),
+                curvature: curvature.is_some(),
                 parameter_fields: true,
                 ..Capabilities::default()
             },
@@ -119,10 +141,23 @@ impl Law {
         if descriptor.species.is_empty() {
             return Err(PyValueError::new_err("a law has at least one species"));
         }
-        let functions: Vec<&Py<PyAny>> = [&rates].into_iter().chain(&length_factor).collect();
-        let code = py.import("rumple._law")?.call_method1("code", (functions,))?;
+        let given = [Some(&rates), rate_partials.as_ref(), length_factor.as_ref()];
+        let given = given.into_iter().chain([length_factor_across.as_ref(), curvature.as_ref()]);
+        let given: Vec<&Py<PyAny>> = given.flatten().collect();
+        let code = py.import("rumple._law")?.call_method1("code", (given,))?;
         let digest = fingerprint(&format!("{descriptor:?}\n{}", code.extract::<String>()?));
-        let functions = Arc::new(Functions { rates, length_factor });
+        let (rates, rate_partials) = match rate_partials {
+            Some(given) if given.bind(py).is_instance_of::<PyString>() => {
+                let inputs: Vec<&str> = descriptor.input_names().collect();
+                let made = py.import("rumple._law")?.getattr("differentiated")?;
+                let (rates, partials) = made.call1((given, rates, inputs))?.extract()?;
+                (rates, Some(partials))
+            }
+            given => (rates, given),
+        };
+        let functions =
+            Functions { rates, rate_partials, length_factor, length_factor_across, curvature };
+        let functions = Arc::new(functions);
         Ok(Self { descriptor: Arc::new(descriptor), functions, digest, made_from })
     }
 
@@ -314,6 +349,56 @@ impl Kinetics for PythonKinetics {
                 write(&column, &species.name, rate)?;
             }
             Ok(())
+        })
+    }
+
+    fn rate_partials(
+        &self,
+        batch: &engine::Batch<'_>,
+        rates: &mut [&mut [f64]],
+        partials: &mut [&mut [f64]],
+    ) -> Outcome {
+        let Some(function) = &self.functions.rate_partials else {
+            return differences::rate_partials(self, batch, rates, partials);
+        };
+        self.rates(batch, rates)?;
+        partials.iter_mut().for_each(|column| column.fill(0.0));
+        self.call("rate_partials", |py| {
+            let given = function.bind(py).call1((self.inputs(py, batch)?,))?;
+            let given = given.cast::<PyDict>().map_err(|_| {
+                PyTypeError::new_err(
+                    "rate_partials must return a dict by pairs of a species and an input",
+                )
+            })?;
+            for (pair, column) in given.iter() {
+                let (species, input): (String, String) = pair.extract().map_err(|_| {
+                    PyKeyError::new_err(format!("{pair} is not a pair of a species and an input"))
+                })?;
+                let place = self.descriptor.species_index(&species).zip(
+                    self.descriptor.input_names().position(|name| name == input),
+                );
+                let Some((species_index, input_index)) = place else {
+                    let inputs: Vec<&str> = self.descriptor.input_names().collect();
+                    let text = format!(
+                        "a derivative of {species:?} by {input:?} is returned; species and inputs are {inputs:?}"
+                    );
+                    return Err(PyKeyError::new_err(text));
+                };
+                let out = &mut *partials[species_index * self.descriptor.inputs() + input_index];
+                write(&column, &format!("the derivative of {species} by {input}"), out)?;
+            }
+            Ok(())
+        })
+    }
+
+    fn feedback(&self, which: Feedback, batch: &engine::Batch<'_>, values: &mut [f64]) -> Outcome {
+        let Some(function) = self.functions.feedback(which) else {
+            values.fill(which.neutral());
+            return Ok(None);
+        };
+        self.call(which.name(), |py| {
+            let given = function.bind(py).call1((self.inputs(py, batch)?,))?;
+            write(&given, which.name(), values)
         })
     }
 

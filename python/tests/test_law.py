@@ -53,6 +53,66 @@ def test_derivatives_are_taken_by_differences(sim):
     assert numpy.abs(own.species["c"] - sim.species["c"]).max() < 1e-5
 
 
+def stiff(at):
+    return {"c": at.k * at["area_strain"] - at.c**3, "d": at.c - 2.0 * at.d}
+
+
+def exact(at):
+    return {("c", "area_strain"): at.k, ("c", "c"): -3 * at.c**2, ("d", "c"): 1.0, ("d", "d"): numpy.full_like(at.c, -2.0)}
+
+
+def implicit(**settings):
+    scene = rumple.parse(
+        without_kinetics().resolved(),
+        {"time.integrator": {"kind": "monolithic", "rtol": 1e-8, "atol": 1e-8}, "time.policy": "simultaneous"},
+    )
+    law = rumple.Law(
+        settings.pop("rates", stiff), ["c", "d"], signals=["area_strain"], parameters={"k": 2.0},
+        length_factor=lambda at: 1 + 0.1 * at.c, **settings,
+    )
+    sim = rumple.Simulation(scene, law=law)
+    sim.run(until=0.3)
+    return sim.species
+
+
+def test_a_law_may_give_its_derivatives():
+    given, found = implicit(rate_partials=exact), implicit()
+    assert given["d"].max() > 1e-3
+    for name in ("c", "d"):
+        assert numpy.abs(given[name] - found[name]).max() < 1e-6 * numpy.abs(found[name]).max()
+
+
+def test_a_law_of_jax_has_exact_derivatives():
+    jax = pytest.importorskip("jax")
+
+    def rates(at):
+        return {"c": at.k * at["area_strain"] - jax.numpy.power(at.c, 3), "d": at.c - 2.0 * at.d}
+
+    by_jax, given = implicit(rates=rates, rate_partials="jax"), implicit(rate_partials=exact)
+    for name in ("c", "d"):
+        # In single precision they would differ by 1e-7 of the largest.
+        assert numpy.abs(by_jax[name] - given[name]).max() < 1e-10 * numpy.abs(given[name]).max()
+
+
+def test_wrong_derivatives_are_named():
+    with pytest.raises(rumple.Error, match="'e' by 'c'"):
+        implicit(rate_partials=lambda at: {("e", "c"): 1.0})
+    with pytest.raises(rumple.Error, match="not a pair of a species and an input"):
+        implicit(rate_partials=lambda at: {"c": 1.0})
+    with pytest.raises(ValueError, match='expected a function or "jax"'):
+        implicit(rate_partials="autograd")
+
+
+def test_a_law_bends_the_sheet():
+    scene = rumple.load(DOME, {"kinetics.initial.c": 0.5})
+    flat = rumple.Simulation(scene)
+    law = rumple.Law(lambda at: {"e": 0.0 * at.e}, "e", curvature=lambda at: 0.2 + at.e)
+    bent = rumple.Simulation(scene, law=law)
+    for sim in (flat, bent):
+        sim.run(until=0.25)
+    assert numpy.abs(bent.positions - flat.positions).max() > 1e-3
+
+
 def test_two_species_and_a_law_of_the_scene(sim):
     @rumple.law({"d": {"typical": 2.0, "lower": 0.0}}, signals="time")
     def rates(at):

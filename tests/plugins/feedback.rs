@@ -73,7 +73,7 @@ fn plugins_give_spontaneous_curvature_and_a_factor_across_as_text_does() {
     let scaled = &given_with(&here, Feedback::Curvature, &[varying.as_slice().into()])[0];
     let expected: Vec<f64> = (0..3).map(|k| varying[k] * C[k] * D[k]).collect();
     assert_eq!(scaled, &expected);
-    // Without the trait there is no factor across, and nothing is asked for.
+    // Without the trait the factor across is absent, and not evaluated.
     let path = rust_library("tests/faulty/rolling.rs", "rolling", &[]);
     let plain = Library::load(&path).unwrap();
     let capabilities = plain.descriptor().capabilities;

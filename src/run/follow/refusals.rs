@@ -75,7 +75,7 @@ pub(super) fn without_effect(scene: &Scene, target: &str, why: &str) -> Error {
 const HELP: &str = "a branch is followed along a load, a modulus, a displacement of pins, a parameter of a law, or along the \
                     time of ramps and growth";
 
-/// That `path` is no key because it begins with the kind of an effect, if it does.
+/// That `path` is not a key because it begins with the kind of an effect, if it does.
 pub(super) fn misplaced(scene: &Scene, path: &str) -> Option<Error> {
     let first = path.split(['.', '[']).next()?;
     let number = scene.effects.iter().position(|effect| effect.name() == first)?;

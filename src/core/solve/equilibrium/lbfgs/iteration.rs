@@ -185,7 +185,7 @@ impl Lbfgs {
         }
     }
 
-    /// Whether nothing is left to try after a search along a line without a step; otherwise the factor is to be made anew, a
+    /// Whether nothing is left to try after a search along a line without a step; otherwise the factor is to be renewed, a
     /// fresh one stiffer.
     fn is_exhausted(&mut self, at: &Iterate) -> bool {
         if at.age == 0 && at.stiffest {
