@@ -335,6 +335,11 @@ fn contact_tables() -> Outcome<()> {
             &samples,
         );
     }
+    for (reach, ball) in [(0.2, None), (0.05, None), (0.0125, None), (0.0125, Some(4.0))] {
+        let samples = over(&[1000, 4000, 16000], |n| contact::pressed(n, 0.05, reach, ball))?;
+        let by = ball.map_or("plate".to_owned(), |radius| format!("ball of radius {radius}"));
+        table(&format!("stiffness of a shell under a {by}, reach {reach} h"), &samples);
+    }
     Ok(())
 }
 

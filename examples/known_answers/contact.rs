@@ -16,6 +16,10 @@
 //!
 //! The ring beyond first contact is compared with one whose walls push at a point and are as far apart. A barrier of reach
 //! d̂ spreads the force over a length of the order √(R d̂), so that the two agree as d̂ → 0.
+//!
+//! A shell is as stiff under a plate or a ball as under a point load (R5 in `shells.rs`) while it is pressed in by much less
+//! than its thickness: the contact of radius a has `ln(ℓ/a) ~ h/(2 δ)`, ℓ² = R h/√(12(1-ν²)) (Updike & Kalnins, J. Appl.
+//! Mech. 37 (1970) 635, doi:10.1115/1.3408592, have the larger ones).
 
 use std::sync::Arc;
 
@@ -26,6 +30,7 @@ use rumple::num::{index, real};
 use rumple::sheet::Sheet;
 
 use super::ribbons::{self, Outside, force_at_neck};
+use super::shells::{self, SHELL_MEYER};
 use super::{Outcome, STVK_HINGE, Sample, area_load, critical, energy, mechanics, relax};
 
 /// `∫ √sin θ dθ` over a quarter.
@@ -211,4 +216,30 @@ pub fn neck(cells: usize, pressure: f64, thickness: f64) -> Outcome<Sample> {
     let gap = mechanics.touching(place, &x).map_or(f64::INFINITY, |touching| touching.gap);
     let computed = apart / (ribbons::width(&sheet) * ribbons::rigidity(&material));
     Ok(Sample::new(&sheet, computed, force_at_neck(pressure, gap)?))
+}
+
+/// The stiffness of a cap of R/h = 50 that a plate, or a ball of this radius, presses in by about `depth` thicknesses.
+pub fn pressed(vertices: usize, depth: f64, reach: f64, ball: Option<f64>) -> Outcome<Sample> {
+    let (sheet, apex, pins) = shells::cap(vertices)?;
+    let thickness = shells::SPHERE.thickness;
+    let (reach, top) = (reach * thickness, sheet.rest()[apex].z);
+    let level = top - depth * thickness + reach;
+    let plate = match ball {
+        None => plane(level, -1.0, reach),
+        Some(radius) => format!(
+            "kind = 'obstacle'\ndistance = {reach:e}\n\
+             shape = {{ sphere = {{ centre = [0.0, 0.0, {:e}], radius = {radius:e} }} }}",
+            level + radius
+        ),
+    };
+    let effects = [SHELL_MEYER.stretching, SHELL_MEYER.bending, &plate];
+    let mut mechanics = mechanics(&sheet, &shells::SPHERE, &effects, pins)?;
+    let mut x = sheet.rest().to_vec();
+    relax(&mut mechanics, &mut x, 1e-9)?;
+    let place = mechanics.mechanics().contacts().next().unwrap_or(usize::MAX);
+    let force: Vec<f64> = mechanics.force_of(place, &x).iter().map(|f| -f.z).collect();
+    let whole: f64 = force.iter().sum();
+    let sunk = |v: usize| sheet.rest()[v].z - x[v].z;
+    let mean = (0..x.len()).map(|v| force[v] * sunk(v)).sum::<f64>() / whole;
+    Ok(Sample::new(&sheet, whole / mean, shells::reissner()))
 }

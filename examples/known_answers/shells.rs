@@ -243,7 +243,7 @@ pub fn pinched(around: usize, models: &Models) -> Outcome<Sample> {
     Ok(Sample::new(&sheet, w, 164.24))
 }
 
-const SPHERE: Material = Material { young: 1e4, poisson: 0.3, thickness: 0.2 };
+pub(super) const SPHERE: Material = Material { young: 1e4, poisson: 0.3, thickness: 0.2 };
 const RADIUS: f64 = 10.0;
 
 /// `E h²/√(3(1-ν²))`.
@@ -299,18 +299,30 @@ fn stays_round(
     Err("the sphere under pressure does not come to rest".into())
 }
 
-/// R5: the stiffness of a cap with a pinned boundary, rim radius 6, under a small force at its apex; R/h = 50.
-pub fn point(vertices: usize, models: &Models) -> Outcome<Sample> {
+/// A cap with a pinned boundary, rim radius 6, R/h = 50; its vertex nearest to the apex.
+pub(super) fn cap(vertices: usize) -> Outcome<(Arc<Sheet>, usize, Pins)> {
     let height = RADIUS - (RADIUS * RADIUS - 36.0).sqrt();
     let sheet = Arc::new(generate(&Shape::Cap { radius: RADIUS, height }, vertices, 1)?);
     let apex = nearest(&sheet, Vec3::new(0.0, 0.0, height));
     let pins = sheet.boundary().iter().map(|on| [*on; 3]).collect();
+    Ok((sheet, apex, pins))
+}
+
+/// Reissner's stiffness.
+pub(super) fn reissner() -> f64 {
+    4.0 * scale() / RADIUS
+}
+
+/// R5: the stiffness of a cap under a small force at its apex.
+pub fn point(vertices: usize, models: &Models) -> Outcome<Sample> {
+    let (sheet, apex, pins) = cap(vertices)?;
     let mut free = mechanics(&sheet, &SPHERE, &[models.stretching, models.bending], pins)?;
     let rest = sheet.rest().to_vec();
-    let inwards = Vec3::new(0.0, 0.0, height - RADIUS) - rest[apex];
+    let centre = (RADIUS * RADIUS - 36.0).sqrt();
+    let inwards = Vec3::new(0.0, 0.0, -centre) - rest[apex];
     let inwards = inwards.normalize();
     let mut forces = vec![Vec3::zeros(); rest.len()];
     forces[apex] = 1e-3 * inwards;
     let moved = Stiffness::new(&sheet)?.response(&mut free, &rest, forces)?;
-    Ok(Sample::new(&sheet, 1e-3 / moved[apex].dot(&inwards), 4.0 * scale() / RADIUS))
+    Ok(Sample::new(&sheet, 1e-3 / moved[apex].dot(&inwards), reissner()))
 }

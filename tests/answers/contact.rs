@@ -1,6 +1,6 @@
-//! Contact: plates, a heavy strip, a strip between planes, a ring.
+//! Contact: plates, a heavy strip, a strip between planes, a ring, a shell under a plate or a ball.
 
-use super::known_answers::contact::{bent_round, first_contact, lift_off, neck, plates};
+use super::known_answers::contact::{bent_round, first_contact, lift_off, neck, plates, pressed};
 use super::{converges, over};
 
 #[test]
@@ -39,5 +39,13 @@ fn the_walls_of_a_ring_push_on_one_another_as_those_of_the_elastica() {
     for pressure in [6.0, 8.0] {
         let samples = over(&[48, 192], |n| neck(n, pressure, 0.02));
         converges(&format!("neck at {pressure}"), &samples, 0.01, 1.8);
+    }
+}
+
+#[test]
+fn a_shell_is_as_stiff_under_a_plate_or_a_ball_as_under_a_point_load() {
+    for ball in [None, Some(4.0)] {
+        let samples = over(&[1000, 4000], |n| pressed(n, 0.05, 0.0125, ball));
+        converges(&format!("{ball:?}"), &samples, 0.04, 0.8);
     }
 }

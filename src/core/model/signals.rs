@@ -144,7 +144,7 @@ impl Signals {
         columns: &mut Vec<Vec<f64>>,
     ) {
         let touches = self.wanted.contains(&Signal::ContactPressure);
-        let pressure = touches.then(|| potential.contact_pressure(x)).unwrap_or_default();
+        let pressure = if touches { potential.contact_pressure(x) } else { Vec::new() };
         let shape = &potential.shape(x);
         let count = self.wanted.iter().map(|signal| signal.columns().len()).sum();
         let mut before = std::mem::replace(columns, Vec::with_capacity(count)).into_iter();
