@@ -67,7 +67,7 @@ fn integral(end: f64, f: impl Fn(f64) -> f64) -> f64 {
 /// J_m(x) and Y_m(x) by their integrals: Abramowitz & Stegun 9.1.21 and 9.1.22.
 fn bessel(m: usize, x: f64) -> [f64; 2] {
     let order = real(m);
-    let sign = if m % 2 == 0 { 1.0 } else { -1.0 };
+    let sign = if m.is_multiple_of(2) { 1.0 } else { -1.0 };
     let first = integral(PI, |t| (order * t - x * t.sin()).cos()) / PI;
     let swinging = integral(PI, |t| (x * t.sin() - order * t).sin());
     let falling = |t: f64| ((order * t).exp() + sign * (-order * t).exp()) * (-x * t.sinh()).exp();

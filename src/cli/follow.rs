@@ -184,12 +184,12 @@ fn print_summary(done: &Found, directory: &ResultDirectory, format: crate::outpu
         plural(done.events.len(), "fold or bifurcation", "folds and bifurcations")
     );
     let [_, picture] = directory.diagrams();
-    say!(
-        "table {}, diagram {}; open {} in ParaView",
-        directory.branch().display(),
-        picture.display(),
-        directory.index(format).display()
-    );
+    say!("table {}, diagram {}", directory.branch().display(), picture.display());
+    // A point has no frames.
+    let index = directory.index(format);
+    if index.is_file() {
+        say!("open {} in ParaView", index.display());
+    }
 }
 
 fn plural(count: usize, one: &str, more: &str) -> String {

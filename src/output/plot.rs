@@ -70,6 +70,40 @@ enum Style {
     Mark(Mark),
 }
 
+impl Style {
+    /// Draws `points` in `chart`; a line of this colour and so many pixels broader than others.
+    fn draw(
+        &self,
+        chart: &mut Chart<'_, '_>,
+        points: &[(f64, f64)],
+        (colour, broader): (PaletteColor<Palette99>, u32),
+    ) -> Result<(), OutputError> {
+        match self {
+            Self::Line => {
+                let style = colour.stroke_width(2 + broader);
+                // Piece by piece: a corner of a whole line would end in a spike where it is sharp.
+                let piece = |ends: &[(f64, f64)]| PathElement::new(ends.to_vec(), style);
+                chart.draw_series(points.windows(2).map(piece)).map_err(refused)?;
+                let radius = if points.len() == 1 { 6 } else { 3 + broader };
+                let mark = |at: &(f64, f64)| Circle::new(*at, radius, colour.filled());
+                chart.draw_series(points.iter().map(mark)).map_err(refused)?;
+            }
+            Self::Guide(guide) => {
+                let (style, dash, gap) = dashed(*guide);
+                let line = DashedLineSeries::new(points.to_vec(), dash, gap, style);
+                chart.draw_series(line).map_err(refused)?;
+            }
+            Self::Mark(mark) => {
+                let mark = |at: &(f64, f64)| {
+                    EmptyElement::at(*at) + Polygon::new(mark.corners(), BLACK.filled())
+                };
+                chart.draw_series(points.iter().map(mark)).map_err(refused)?;
+            }
+        }
+        Ok(())
+    }
+}
+
 /// Panels side by side with one legend.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Figure {
@@ -281,31 +315,9 @@ impl Panel {
                 continue;
             }
             let points: Vec<(f64, f64)> = points.iter().filter(seen).copied().collect();
-            match styles(*name) {
-                Style::Line => {}
-                Style::Guide(guide) => {
-                    let (style, dash, gap) = dashed(guide);
-                    let line = DashedLineSeries::new(points, dash, gap, style);
-                    chart.draw_series(line).map_err(refused)?;
-                    continue;
-                }
-                Style::Mark(mark) => {
-                    let mark = |at: &(f64, f64)| {
-                        EmptyElement::at(*at) + Polygon::new(mark.corners(), BLACK.filled())
-                    };
-                    chart.draw_series(points.iter().map(mark)).map_err(refused)?;
-                    continue;
-                }
-            }
             // Earlier curves are broader: they show beside later ones that cover them.
             let broader = index(4 * (self.curves.len() - 1 - number) / self.curves.len());
-            let style = colour(*name).stroke_width(2 + broader);
-            // Piece by piece: a corner of a whole line would end in a spike where it is sharp.
-            let pieces = points.windows(2).map(|ends| PathElement::new(ends.to_vec(), style));
-            chart.draw_series(pieces).map_err(refused)?;
-            let radius = if points.len() == 1 { 6 } else { 3 + broader };
-            let marks = points.iter().map(|p| Circle::new(*p, radius, colour(*name).filled()));
-            chart.draw_series(marks).map_err(refused)?;
+            styles(*name).draw(&mut chart, &points, (colour(*name), broader))?;
         }
         self.marks(&mut chart, edges)
     }

@@ -159,12 +159,13 @@ pub fn largest_eigenvalues<E: From<LinearError>>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::num::real;
 
     /// A matrix of known eigenvalues: a double one, a complex pair, and many small ones.
     #[test]
     fn the_largest_eigenvalues_are_found() {
         let n = 60;
-        let value = |i: usize| [5.0, 5.0, -4.0].get(i).copied().unwrap_or(1.0 / (i as f64));
+        let value = |i: usize| [5.0, 5.0, -4.0].get(i).copied().unwrap_or(1.0 / real(i));
         let mut apply = |v: &mut [f64]| {
             let mut out: Vec<f64> = (0..n).map(|i| value(i) * v[i]).collect();
             // A rotation in the plane of two, and what makes the matrix not normal.
