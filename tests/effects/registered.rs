@@ -3,7 +3,11 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use rumple::effects::{EffectContext, EffectSpec, Elasticity, Field, Material, Measure, Values};
+use rumple::effects::{
+    Coupling, Effect, EffectContext, EffectError, EffectSpec, Elasticity, Energy, Field,
+    HessianPart, Material, Measure, SPONTANEOUS_CURVATURE, Values,
+};
+use rumple::geometry::Conditions;
 use rumple::kinetics::Location;
 use rumple::kit::{Report, examine_on, examine_with, made_up};
 use rumple::model::{Mechanics, Potential};
@@ -162,6 +166,75 @@ fn every_registered_effect_passes_the_kit() {
         assert_eq!(found.translation_invariant, translation, "{kind} {table}");
         assert_eq!(found.rotation_invariant, rotation, "{kind} {table}");
         assert_eq!(found.zero_at_rest, rest, "{kind} {table}");
+    }
+}
+
+/// With the spontaneous curvature of a law; an energy that leaves its derivatives out is found.
+#[test]
+fn bending_that_follows_a_law_passes_the_kit() {
+    let mut law = made_up(&["c"]);
+    law.capabilities.curvature = true;
+    let material = Material { young: 10.0, poisson: 1.0 / 3.0, thickness: 0.5 };
+    let bending =
+        SAMPLES.iter().filter(|(kind, table, ..)| *kind == "bending" && !table.contains("paper"));
+    for (kind, table, closed, _) in bending {
+        let (spec, kinetics) = (read(kind, table), Some((&law, Location::Vertex)));
+        let found = examine_with(spec.as_ref(), &sheet(*closed), Some(&material), kinetics);
+        assert_eq!(found.unwrap().faults, Vec::<String>::new(), "{table}");
+    }
+    let found = examine_with(&Forgetful, &sheet(false), Some(&material), None).unwrap();
+    let missing =
+        "Forgetful: the derivatives of the forces by the spontaneous curvature of a law differ";
+    assert!(found.faults.iter().any(|fault| fault.starts_with(missing)), "{:?}", found.faults);
+}
+
+/// Forces along z in proportion to the spontaneous curvature of a law, without derivatives by it.
+#[derive(Debug, serde::Serialize)]
+struct Forgetful;
+
+#[typetag::serialize(name = "test-forgetful")]
+impl EffectSpec for Forgetful {
+    fn build(&self, _: &EffectContext<'_>) -> Result<Effect, EffectError> {
+        Ok(Effect::energy(Pull))
+    }
+}
+
+struct Pull;
+
+impl Energy for Pull {
+    type Work = Vec<f64>;
+
+    fn name(&self) -> &'static str {
+        "Forgetful"
+    }
+
+    fn coupling(&self) -> Coupling {
+        Coupling::NONE
+    }
+
+    fn prepare(&self, conditions: &Conditions<'_>, work: &mut Vec<f64>) {
+        *work = conditions.internal(SPONTANEOUS_CURVATURE).unwrap_or_default().to_vec();
+    }
+
+    fn evaluate(
+        &self,
+        shape: &rumple::geometry::Shape<'_>,
+        work: &mut Vec<f64>,
+        gradient: Option<&mut [rumple::Vec3]>,
+    ) -> f64 {
+        if let Some(gradient) = gradient {
+            work.iter().zip(gradient).for_each(|(c, g)| g.z += c);
+        }
+        work.iter().zip(shape.x).map(|(c, x)| c * x.z).sum()
+    }
+
+    fn add_hessian(
+        &self,
+        _: &rumple::geometry::Shape<'_>,
+        _: &mut Vec<f64>,
+        _: HessianPart,
+        _: &mut rumple::linear::BlockMatrix,
+    ) {
     }
 }
 

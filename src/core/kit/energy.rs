@@ -7,7 +7,7 @@ use nalgebra::{Rotation3, Vector3};
 use super::{ROUND_OFF, Report, STEP, TIMES, UNDECLARED, WRONG};
 use super::{crumpled, dot, exceeds, finite, largest, moved, norm, on_threads, random_vectors};
 use crate::Vec3;
-use crate::effects::{EnergyTerm, HessianPart, LowRank};
+use crate::effects::{EnergyTerm, HessianPart, LowRank, SPONTANEOUS_CURVATURE};
 use crate::linear::BlockMatrix;
 use crate::model::{Mechanics, ModelError, Potential};
 use crate::sheet::Sheet;
@@ -69,6 +69,7 @@ pub(super) fn of_energy(
         }
         positive_part(&mut potential, &x, &directions, &mut fault);
         by_lengths(&mut potential, (&x, time), &uneven, &mut fault);
+        by_curvature(&mut potential, (&x, time), &uneven, &mut fault);
         if bits(&mut potential, &x, 1) != bits(&mut potential, &x, 3) {
             fault("energy or forces depend on the number of threads".into());
         }
@@ -219,23 +220,61 @@ fn by_lengths(
             "the derivatives of the forces by the optimal lengths are not finite (time {time})"
         ));
     }
-    let step = 1e-6;
     let mut at = |step: f64| {
         let factor: Vec<f64> = factor.iter().zip(&change).map(|(f, w)| f + step * w).collect();
         potential.set_conditions(Some(&factor), time);
         energy_and_gradient(potential, x).1
     };
-    let (above, below) = (at(step), at(-step));
-    at(0.0);
-    let slope: Vec<Vec3> = above.iter().zip(&below).map(|(a, b)| (a - b) / (2.0 * step)).collect();
-    let (error, size) = (norm(&moved(&slope, &exact, -1.0)), norm(&slope).max(norm(&exact)));
-    if exceeds(error, WRONG * size + 1e-9 * norm(&above)) {
-        let relative = error / size;
+    if let Some(relative) = deviation(&exact, &mut at) {
         fault(format!(
             "the derivatives of the forces by the optimal lengths differ from differences by \
              {relative:.1e} (relative; time {time})"
         ));
     }
+}
+
+/// The derivatives of the gradient by the spontaneous curvature that a law gives the vertices.
+fn by_curvature(
+    potential: &mut Potential,
+    (x, time): (&[Vec3], f64),
+    factor: &[f64],
+    fault: &mut impl FnMut(String),
+) {
+    let change = |v: usize| if v.is_multiple_of(3) { 1.0 } else { -0.4 };
+    let set = |potential: &mut Potential, step: f64| {
+        let values = (0..x.len()).map(|v| 0.3 - 0.1 * change(v) + step * change(v)).collect();
+        potential.set_fields(std::iter::once((SPONTANEOUS_CURVATURE, &values)));
+        potential.set_conditions(Some(factor), time);
+    };
+    set(potential, 0.0);
+    let mut exact = vec![Vec3::zeros(); x.len()];
+    potential.curvature_derivatives(x, &mut |i, v, by| exact[i] += change(v) * by);
+    let mut at = |step: f64| {
+        set(potential, step);
+        energy_and_gradient(potential, x).1
+    };
+    let deviation = match finite(&exact) {
+        true => deviation(&exact, &mut at),
+        false => Some(f64::INFINITY),
+    };
+    if let Some(relative) = deviation {
+        fault(format!(
+            "the derivatives of the forces by the spontaneous curvature of a law differ from differences by \
+             {relative:.1e} (relative; time {time})"
+        ));
+    }
+    potential.set_fields(std::iter::empty());
+    potential.set_conditions(Some(factor), time);
+}
+
+/// The relative error of `exact` against the central difference of what `at` gives a step further, if it is too large.
+fn deviation(exact: &[Vec3], at: &mut impl FnMut(f64) -> Vec<Vec3>) -> Option<f64> {
+    let step = 1e-6;
+    let (above, below) = (at(step), at(-step));
+    at(0.0);
+    let slope: Vec<Vec3> = above.iter().zip(&below).map(|(a, b)| (a - b) / (2.0 * step)).collect();
+    let (error, size) = (norm(&moved(&slope, exact, -1.0)), norm(&slope).max(norm(exact)));
+    exceeds(error, WRONG * size + 1e-9 * norm(&above)).then(|| error / size)
 }
 
 fn energy_and_gradient(potential: &mut Potential, x: &[Vec3]) -> (f64, Vec<Vec3>) {

@@ -39,14 +39,13 @@ impl Problem<'_> {
     fn check_material(&self) -> Result<(), ProblemError> {
         let Some(Elasticity { young, poisson, thickness }) = &self.material else { return Ok(()) };
         let refuse = |message| Err(ProblemError::new(Part::Material, message, None));
-        let positive = |value: &f64| *value > 0.0 && value.is_finite();
-        let ratio = |value: &f64| *value > -1.0 && *value <= 0.5;
-        let constants: [(&str, &Values, &dyn Fn(&f64) -> bool, &str); 3] = [
-            ("young", young, &positive, "positive and finite"),
-            ("poisson", poisson, &ratio, "above -1 and at most 0.5"),
-            ("thickness", thickness, &positive, "positive and finite"),
+        let positive = ((0.0, f64::MAX), "positive and finite");
+        let constants = [
+            ("young", young, positive),
+            ("poisson", poisson, ((-1.0, 0.5), "above -1 and at most 0.5")),
+            ("thickness", thickness, positive),
         ];
-        for (name, values, allowed, range) in constants {
+        for (name, values, ((above, most), range)) in constants {
             let count = self.sheet.triangle_count();
             if let Values::Each(all) = values
                 && all.len() != count
@@ -56,7 +55,7 @@ impl Problem<'_> {
                     "{name} has {given} values, and the sheet {count} triangles"
                 ));
             }
-            let wrong = |value: &f64| !allowed(value);
+            let wrong = |value: &f64| !(*value > above && *value <= most);
             let found = match values {
                 Values::Same(value) => Some(*value).filter(wrong),
                 Values::Each(all) => all.iter().copied().find(wrong),
