@@ -11,10 +11,13 @@
 //! corners, of an array per cell that of the triangle, at an edge the mean over its sides; before the mean every direction
 //! gets the sign in which it makes the least angle with the first one.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use nalgebra::Unit;
-use serde::{Deserialize, Serialize};
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize as DeriveDeserialize, Serialize};
 
 use super::{EffectContext, EffectError, Field};
 use crate::Vec3;
@@ -27,11 +30,8 @@ use crate::sheet::{Edge, Sheet};
 const SHORTEST: f64 = 1e-6;
 
 /// A direction as a scene gives it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(
-    untagged,
-    expecting = "a fibre is three numbers or formulas of x, y and z, or has both keys `file` and `array`"
-)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
 pub enum Fibre {
     /// Three numbers or formulas of `x`, `y` and `z` (rest position).
     Components([Field; 3]),
@@ -42,6 +42,41 @@ pub enum Fibre {
         /// Name of the array.
         array: String,
     },
+}
+
+/// What a table of a fibre has.
+#[derive(DeriveDeserialize)]
+#[serde(deny_unknown_fields)]
+struct Table {
+    file: PathBuf,
+    array: String,
+}
+
+impl<'de> Deserialize<'de> for Fibre {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Seen;
+
+        impl<'de> Visitor<'de> for Seen {
+            type Value = Fibre;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(
+                    "three numbers or formulas of x, y and z, or a table with the keys `file` and `array`",
+                )
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Fibre, A::Error> {
+                Deserialize::deserialize(SeqAccessDeserializer::new(list)).map(Fibre::Components)
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Fibre, A::Error> {
+                let Table { file, array } = Table::deserialize(MapAccessDeserializer::new(map))?;
+                Ok(Fibre::Array { file, array })
+            }
+        }
+
+        deserializer.deserialize_any(Seen)
+    }
 }
 
 /// Directions of an array, at the vertices or the triangles.
