@@ -95,7 +95,7 @@ def test_a_law_of_jax_has_exact_derivatives():
 
 
 def test_wrong_derivatives_are_named():
-    with pytest.raises(rumple.Error, match="'e' by 'c'"):
+    with pytest.raises(rumple.Error, match='"e" by "c"'):
         implicit(rate_partials=lambda at: {("e", "c"): 1.0})
     with pytest.raises(rumple.Error, match="not a pair of a species and an input"):
         implicit(rate_partials=lambda at: {"c": 1.0})
