@@ -152,8 +152,8 @@ fn other_fields_than_the_first_are_refused_and_change_nothing() {
         cell: Vec::new(),
         numbers: &[],
     };
-    let alike = FrameWriter::create(&mut log, topology, &state(&["a/b", "a per b"]), true);
-    assert!(alike.unwrap_err().to_string().contains("alike"));
+    let twice = FrameWriter::create(&mut log, topology, &state(&["a/b", "a per b"]), true);
+    assert!(twice.unwrap_err().to_string().contains("the same HDF5 name"));
     let mut writer = FrameWriter::create(&mut log, topology, &state(&["a"]), true).unwrap();
     writer.append(&state(&["a"])).unwrap();
     let message = writer.append(&state(&["b"])).unwrap_err().to_string();
