@@ -160,7 +160,7 @@ fn in_words(event: &Event) -> Option<String> {
             several => format!("bifurcation along {} modes", several.len()),
         },
         Event::Passed(count) => format!(
-            "{count} eigenvalues changed sign, where was not found (try a shorter --longest-step), before the point"
+            "sign change of {count} eigenvalues, not located (try a shorter --longest-step), in the step that ends"
         ),
         Event::None | Event::Start | Event::End => return None,
     })

@@ -116,7 +116,7 @@ pub enum Event {
     Fold,
     /// Other branches pass, along these modes: those whose eigenvalues change their sign here.
     Bifurcation(Vec<CriticalMode>),
-    /// So many eigenvalues changed their sign in the step to this point, and where was not found.
+    /// So many eigenvalues changed their sign in the step to this point; where was not located.
     Passed(usize),
     /// The branch leaves the range of λ.
     End,
