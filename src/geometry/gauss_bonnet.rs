@@ -6,7 +6,7 @@
 //!
 //! with the angles of the triangles around each vertex: curvature inside, turning along the boundary. It holds for
 //! every shape up to round-off. What breaks it is a triangle whose angles do not add up to π, since two of its
-//! corners coincide or are not finite, or a topology that conflict itself.
+//! corners coincide or are not finite, or a topology that contradicts itself.
 
 use std::f64::consts::PI;
 

@@ -5,7 +5,7 @@
 //! * [`linear`]: sparse matrices of 3×3 blocks, their factors, multigrid, Krylov methods;
 //! * [`tally`]: what work costs, counted;
 //! * [`ode`]: implicit integrators of `M dy/dt = F(t, y)`; the one room that knows diffsol;
-//! * [`reduction`]: sums, max_over_ranks and decisions over the whole sheet;
+//! * [`reduction`]: sums, maxima and decisions over the whole sheet;
 //! * [`record`]: what solvers remember, as bytes and back.
 //!
 //! A crate of its own, so that the instances of the generic libraries below are compiled once and

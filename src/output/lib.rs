@@ -80,7 +80,7 @@ pub enum OutputError {
         /// What the operating system said.
         source: std::io::Error,
     },
-    /// A frame conflict itself; the message names the array.
+    /// A frame contradicts itself; the message names the array.
     #[error("frame at step {step}: {message}")]
     Frame {
         /// The step of the frame.

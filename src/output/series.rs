@@ -109,7 +109,7 @@ impl Series {
     /// Writes `frame` and then the index with it; returns the path of the frame.
     ///
     /// # Errors
-    /// [`OutputError::Frame`] if the frame conflict itself, [`OutputError::Write`] and [`OutputError::Read`] if
+    /// [`OutputError::Frame`] if the frame contradicts itself, [`OutputError::Write`] and [`OutputError::Read`] if
     /// the disk is full or refuses. The index then still lists the frames written before, all whole.
     pub fn push(&mut self, frame: &Frame<'_>) -> Result<PathBuf, OutputError> {
         if self.format == Format::Vtkhdf {

@@ -61,7 +61,7 @@ pub fn encode(frame: &Frame<'_>) -> Result<Vec<u8>, OutputError> {
 /// Writes `frame` as the file `path`, whole or not at all.
 ///
 /// # Errors
-/// [`OutputError::Frame`] if the frame conflict itself, [`OutputError::Write`] if the
+/// [`OutputError::Frame`] if the frame contradicts itself, [`OutputError::Write`] if the
 /// operating system refuses.
 pub fn write(path: &Path, frame: &Frame<'_>) -> Result<(), OutputError> {
     let file = encode(frame)?;

@@ -166,7 +166,7 @@ fn put<'a>(
 /// Writes `frame` as the file `path`, whole or not at all.
 ///
 /// # Errors
-/// [`OutputError::Frame`] if the frame conflict itself, [`OutputError::Write`] if the
+/// [`OutputError::Frame`] if the frame contradicts itself, [`OutputError::Write`] if the
 /// operating system refuses.
 pub fn write(
     path: &std::path::Path,

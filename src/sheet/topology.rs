@@ -267,7 +267,7 @@ impl Sheet {
         })
     }
 
-    /// What sums, max_over_ranks and decisions over the whole sheet are taken over.
+    /// What sums, maxima and decisions over the whole sheet are taken over.
     #[must_use]
     #[inline]
     pub fn reduction(&self) -> &Reduction {

@@ -2,10 +2,10 @@
 //! [`sweep`], [`accuracy`] and [`compare`].
 //!
 //! ```text
-//! plan     Axis, Plan, Point      which members there are: scene, overrides, directory, fingerprint
-//! run      run, Pool, slurm       one member; members as child processes or as an array job
+//! plan     Axis, Plan, Point              which members there are: scene, overrides, directory, fingerprint
+//! run      run, Pool, slurm               one member; members as child processes or as an array job
 //! gather   MemberResults, Norm, Measures  how members stand, their results, their distances from one another
-//! draw                            tables, plots against a key, contact sheets
+//! draw                                    tables, plots against a key, contact sheets
 //! ```
 
 pub mod accuracy;

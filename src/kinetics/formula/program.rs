@@ -99,7 +99,7 @@ impl Program {
         }
     }
 
-    /// How many operation_count a point costs.
+    /// How many operations a point costs.
     pub(super) fn operation_count(&self) -> usize {
         self.steps.len()
     }

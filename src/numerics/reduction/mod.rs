@@ -1,4 +1,4 @@
-//! Sums, max_over_ranks and decisions over the whole sheet.
+//! Sums, maxima and decisions over the whole sheet.
 //!
 //! Whatever a solver or a stepper sums, compares or decides over all points passes one value, a [`Reduction`]; the
 //! rest of its work is local to a point and its neighbours. By default it means this process: its threads, and the same
@@ -16,7 +16,7 @@ use crate::Vec3;
 use crate::parallel::{self, vectors};
 pub use distribution::{Communicator, Distribution, Points};
 
-/// What sums, max_over_ranks and decisions are taken over.
+/// What sums, maxima and decisions are taken over.
 #[derive(Clone, Default)]
 pub struct Reduction(Option<Arc<Distribution>>);
 

@@ -19,7 +19,7 @@ fn said(sheet: &Sheet, state: &State) -> Said {
         None if defect.abs() < ROUND_OFF => {
             "every triangle is sound, and this is round-off: no step is better".to_owned()
         }
-        None => "though every triangle is sound: the topology conflict itself".to_owned(),
+        None => "though every triangle is sound: the topology contradicts itself".to_owned(),
         Some(t) => format!(
             "triangle {t} (vertices {:?}) has angles that do not add up to pi",
             sheet.triangles()[t]

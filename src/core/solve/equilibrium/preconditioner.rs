@@ -418,7 +418,7 @@ impl HessianInverse {
     }
 }
 
-/// What an [`HessianInverse`] has learnt besides the matrix that it is made of.
+/// What a [`HessianInverse`] has learnt besides the matrix that it is made of.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) enum Learnt {
     /// The memory of a solver.

@@ -62,11 +62,11 @@ const LOOSER: f64 = 100.0;
 /// Sub-steps are proposed shorter than the error estimate allows, and change by factors between these.
 const SAFETY: f64 = 0.9;
 const FACTORS: (f64, f64) = (0.1, 2.0);
-/// A sub-step that has failed is repeated at this share of its length;
+/// A sub-step that has failed is repeated at this share of its length.
 const SHRINK: f64 = 0.1;
-/// at this share of the step the step has failed.
+/// Shortest sub-step, as a share of the step; where it fails, the step has failed.
 const SHORTEST: f64 = 1e-6;
-/// The step has failed after so many times the iterations of a single relaxation that has.
+/// Most iterations of a step, in units of those after which a single relaxation has failed.
 const ITERATION_BUDGET: u64 = 3;
 
 /// A shape that follows its equilibrium, with what it keeps from step to step.
