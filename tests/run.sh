@@ -62,7 +62,8 @@ if ! "$venv/bin/python" -c 'import vtk, numpy, mkdocs, material, playwright, jso
 fi
 # The language server of editors for TOML.
 [[ -d target/npm/node_modules/@taplo/lsp ]] \
-    || PATH="$PATH:$PWD/$venv/bin" npm install --silent --no-fund --no-audit --prefix target/npm @taplo/lsp@0.8.0
+    || PATH="$PATH:$PWD/$venv/bin" npm install --silent --no-fund --no-audit --prefix target/npm @taplo/lsp@0.8.0 \
+    || echo "the language server is left out: @taplo/lsp cannot be installed"
 "$venv/bin/python" -c 'import vtk; print("VTK", vtk.vtkVersion().GetVTKVersion())'
 
 heading "format"
