@@ -7,9 +7,12 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 tools=target/python/zig
 python3 -m venv "$tools"
-"$tools/bin/pip" install --quiet --disable-pip-version-check 'maturin>=1.7,<2' ziglang
+"$tools/bin/pip" install --quiet --disable-pip-version-check 'maturin>=1.7,<2' ziglang cargo-zigbuild
 # Objects for another linker are kept apart.
 export CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-$PWD/target}/zig
-# maturin asks the first python3 for zig.
-PATH=$PWD/$tools/bin:$PATH maturin build --release --locked --zig --compatibility manylinux2014 \
+# maturin and cargo-zigbuild ask the first python3 for zig.
+PATH=$PWD/$tools/bin:$PATH
+RUMPLE_PLUGINS=$(uname -m)-unknown-linux-gnu/release \
+    python/plugins.sh cargo-zigbuild zigbuild --target "$(uname -m)-unknown-linux-gnu.2.17"
+maturin build --release --locked --zig --compatibility manylinux2014 \
     --manifest-path python/Cargo.toml --out "${1:-target/wheels}"

@@ -89,7 +89,10 @@ def differentiated(how, rates, inputs):
             given = {name: numpy.asarray(known[name]) for name in inputs}
 
             def of(changed):
-                all_rates = rates(_Columns({**known, **changed}))
+                try:
+                    all_rates = rates(_Columns({**known, **changed}))
+                except jax.errors.TracerArrayConversionError as error:
+                    raise TypeError('rate_partials="jax" needs rates that are written with jax.numpy, not with numpy') from error
                 shape = given[inputs[0]].shape
                 return {species: numpy.broadcast_to(rate, shape) for species, rate in all_rates.items()}
 

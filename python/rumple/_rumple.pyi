@@ -84,7 +84,7 @@ def run(
     force: bool,
     observe: Optional[Callable[[State], Any]],
     law: Optional[Law],
-    plugins: Sequence[_Path],
+    plugins: Union[_Path, Sequence[_Path], None],
 ) -> Path:
     """Runs a scene and writes its results; the directory."""
 
@@ -93,7 +93,7 @@ def resume(
     until: Optional[float],
     observe: Optional[Callable[[State], Any]],
     law: Optional[Law],
-    plugins: Sequence[_Path],
+    plugins: Union[_Path, Sequence[_Path], None],
 ) -> Path:
     """Continues the run in a directory; the directory."""
 
@@ -137,7 +137,7 @@ class Step:
         """Length of the step."""
     @property
     def error(self) -> float:
-        """Error estimate in units of the tolerance (0 for fixed steps)."""
+        """Error estimate in units of the tolerance (0 for fixed steps and for `monolithic`)."""
     @property
     def iterations(self) -> int:
         """Iterations of the relaxations in the step."""
@@ -175,7 +175,8 @@ class State:
 class Species(Mapping[str, NDArray[float64]]):
     """Values of the species where they live, by name: copies, and to be set.
 
-    `sim.species["c"] = values` checks number, finiteness and valid range; the shape follows with the next step.
+    `sim.species["c"] = values`, an array or one number for all, checks number, finiteness and valid range; the shape follows with
+    the next step.
     """
 
     def __getitem__(self, name: str, /) -> NDArray[float64]: ...
@@ -188,7 +189,7 @@ class Simulation:
     """A scene that is set up, to be stepped and asked. Iterating makes steps to the end of the scene."""
 
     def __new__(
-        cls, scene: Union[Scene, _Path], *, law: Optional[Law] = None, plugins: Sequence[_Path] = ...
+        cls, scene: Union[Scene, _Path], *, law: Optional[Law] = None, plugins: Union[_Path, Sequence[_Path], None] = None
     ) -> Simulation:
         """`scene` is a scene or the path of its file; `law` is added to the laws of the scene; `plugins` are folders in which plugins are looked for first."""
     @property
@@ -202,7 +203,7 @@ class Simulation:
         """Why the run is at its end; None before it."""
     @property
     def notes(self) -> list[str]:
-        """Warnings about the mesh, the scene or the plugins."""
+        """Warnings about the mesh, the scene or the laws, which are issued as UserWarning too."""
     @property
     def positions(self) -> NDArray[float64]:
         """Positions of the vertices, n × 3: a copy. Setting them is checked; the next step finds equilibrium again."""
@@ -218,7 +219,10 @@ class Simulation:
     def species(self) -> Species:
         """The species, by name."""
     def prepare(self) -> int:
-        """Brings the start into equilibrium, as the first step does; the number of iterations."""
+        """Brings the start into equilibrium and tries its laws, as the first step does; the number of iterations.
+
+        A law with hidden state is an `Error`; derivatives that are not those of its rates are a UserWarning.
+        """
     def relax(self) -> int:
         """Brings the shape into equilibrium with its species; the number of iterations."""
     def step(self, until: Optional[float] = None) -> Optional[Step]:
@@ -268,7 +272,7 @@ class Simulation:
 
 @final
 class Batch:
-    """What a law reads at a batch of points: columns and numbers, by name, as `at["c"]` or `at.c`."""
+    """What a law reads at a batch of points: columns and numbers, by name, as `at["c"]` or `at.c`. They cannot be written to."""
 
     def __getitem__(self, name: str, /) -> NDArray[float64]: ...
     def __getattr__(self, name: str, /) -> NDArray[float64]: ...

@@ -26,7 +26,7 @@ def run(
     force: bool = False,
     observe: Callable[[State], Any] | None = None,
     law: Law | None = None,
-    plugins: Sequence[str | os.PathLike[str]] = (),
+    plugins: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = (),
 ) -> Results:
     """Runs a scene and writes its results into the directory `out`, as `rumple run` does.
 
@@ -37,7 +37,7 @@ def run(
 
     Ctrl-C, and an exception in `observe`, end the run after writing what `resume` needs. Raises `Error`.
     """
-    return read(_rumple.run(checked(scene), out, state, force, observe, law, list(plugins)))
+    return read(_rumple.run(checked(scene), out, state, force, observe, law, plugins))
 
 
 def resume(
@@ -46,7 +46,7 @@ def resume(
     *,
     observe: Callable[[State], Any] | None = None,
     law: Law | None = None,
-    plugins: Sequence[str | os.PathLike[str]] = (),
+    plugins: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = (),
 ) -> Results:
     """Continues the run in `directory` from its last checkpoint, as `rumple resume` does.
 
@@ -54,4 +54,4 @@ def resume(
     interrupted. `observe(state)` is called as by `run`. A run with a law in Python needs that law again: one with another
     code or other parameters is refused.
     """
-    return read(_rumple.resume(directory, until, observe, law, list(plugins)))
+    return read(_rumple.resume(directory, until, observe, law, plugins))

@@ -87,7 +87,6 @@ def _table(
             kept.write_bytes(_pickled(given.law))
         member = [*MEMBER, "" if kept is None else str(kept)]
         usual = {"jobs": 1, "threads": 1, "retry_failed": False, "member": member}
-        settings["plugins"] = list(settings["plugins"])
         given = _saved(given, root, settings["force"])
         said = study(given, SimpleNamespace(out=root, **{**usual, **settings}))
         table = pandas.read_csv(root / name)
@@ -107,7 +106,7 @@ def sweep(
     retry_failed: bool = False,
     threads: int = 1,
     law: Law | None = None,
-    plugins: Sequence[str | os.PathLike[str]] = (),
+    plugins: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = (),
 ) -> Any:
     """Runs a scene over all combinations of values of its keys, as `rumple sweep` does; a row a member.
 
@@ -151,7 +150,7 @@ def accuracy(
     force: bool = False,
     retry_failed: bool = False,
     law: Law | None = None,
-    plugins: Sequence[str | os.PathLike[str]] = (),
+    plugins: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = (),
 ) -> Any:
     """Runs a scene by several integrators at several tolerances against references, as `rumple accuracy` does.
 
@@ -186,7 +185,7 @@ def compare(
     out: str | os.PathLike[str] | None = None,
     force: bool = False,
     law: Law | None = None,
-    plugins: Sequence[str | os.PathLike[str]] = (),
+    plugins: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = (),
 ) -> Any:
     """Runs a scene under several policies and integrators from the same start, as `rumple compare` does.
 

@@ -30,6 +30,7 @@ impl Course {
             (true, false) => Relaxation::default(),
         };
         if !self.prepared {
+            self.engine.try_laws()?;
             self.engine.renew(false);
             self.schedule.pass(self.engine.state().time);
         }

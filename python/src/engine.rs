@@ -137,7 +137,16 @@ pub(crate) fn call<R: Send>(
     Pending::default().call(py, &mut false, work)
 }
 
-/// The exception of an error, as the program prints it but for colours.
+/// Options of the program that errors of the library name, and what they are here.
+const HERE: [(&str, &str); 5] = [
+    ("choose another with --out, or give --force", "choose another out, or give force=True"),
+    ("choose another, or give --force", "choose another, or give force=True"),
+    ("--plugin-path DIR", "plugins=[DIR]"),
+    ("[--set:", "[overrides:"),
+    ("[--over", "[over"),
+];
+
+/// The exception of an error, as the program prints it but for colours and options.
 fn raised(py: Python<'_>, error: &rumple::Error, cause: Option<PyErr>) -> PyErr {
     if let Some(cause) = &cause
         && !cause.is_instance_of::<PyException>(py)
@@ -149,6 +158,7 @@ fn raised(py: Python<'_>, error: &rumple::Error, cause: Option<PyErr>) -> PyErr 
         rumple::Error::Scene(scene) => scene.rendered(false),
         other => other.to_string(),
     };
+    let text = HERE.iter().fold(text, |text, (there, here)| text.replace(there, here));
     let raised = Error::new_err(text.trim_end().to_owned());
     raised.set_cause(py, cause);
     raised

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use numpy::{PyArray1, PyArrayLike1};
+use numpy::PyArray1;
 use pyo3::exceptions::{PyAttributeError, PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyString, PyTuple};
@@ -12,6 +12,7 @@ use rumple::kinetics::{
 };
 use rumple::output::provenance::fingerprint;
 
+use crate::convert;
 use crate::engine::Slot;
 
 /// A law: a function that gives the rates of species from columns of species, signals and parameters.
@@ -246,6 +247,12 @@ fn species_of(
             }
         }
     }
+    let (lower, upper) = (species.lower, species.upper);
+    if !(lower < upper) {
+        let text =
+            format!("species {:?}: lower = {lower} is not below upper = {upper}", species.name);
+        return Err(PyValueError::new_err(text));
+    }
     Ok(species)
 }
 
@@ -346,7 +353,7 @@ impl Kinetics for PythonKinetics {
                 let column = given.get_item(&species.name)?.ok_or_else(|| {
                     PyKeyError::new_err(format!("no rate is returned for {:?}", species.name))
                 })?;
-                write(&column, &species.name, rate)?;
+                write(&column, &format!("the rate of {}", species.name), rate)?;
             }
             Ok(())
         })
@@ -428,8 +435,11 @@ impl PythonKinetics {
     fn inputs(&self, py: Python<'_>, batch: &engine::Batch<'_>) -> PyResult<Batch> {
         let inputs = PyDict::new(py);
         let columns = |column: &Column<'_>| match column.contiguous(batch.count) {
-            Some(values) => PyArray1::from_slice(py, values),
-            None => PyArray1::from_iter(py, (0..batch.count).map(|point| column.at(point))),
+            Some(values) => convert::column(py, values),
+            None => {
+                let all = (0..batch.count).map(|point| column.at(point));
+                convert::read_only(&PyArray1::from_iter(py, all))
+            }
         };
         for (parameter, value) in self.descriptor.parameters.iter().zip(&self.values) {
             inputs.set_item(&parameter.name, value)?;
@@ -446,17 +456,6 @@ impl PythonKinetics {
 
 /// Writes what a function has returned for `name`: a number, or one a point.
 fn write(given: &Bound<'_, PyAny>, name: &str, out: &mut [f64]) -> PyResult<()> {
-    if let Ok(value) = given.extract::<f64>() {
-        out.fill(value);
-        return Ok(());
-    }
-    let column: PyArrayLike1<'_, f64, numpy::AllowTypeChange> = given.extract()?;
-    let column = column.as_array();
-    if column.len() != out.len() {
-        let text =
-            format!("{} values are returned for {name} at {} points", column.len(), out.len());
-        return Err(PyValueError::new_err(text));
-    }
-    out.iter_mut().zip(column).for_each(|(out, value)| *out = *value);
+    out.copy_from_slice(&convert::values(given, name, out.len())?);
     Ok(())
 }

@@ -9,6 +9,7 @@ mod course;
 mod engine;
 mod law;
 mod overrides;
+mod plugins;
 mod run;
 mod scene;
 mod simulation;
@@ -22,6 +23,7 @@ use pyo3::prelude::*;
 /// Adds functions and classes to the module.
 #[pymodule]
 fn _rumple(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    plugins::remember_package(module.py())?;
     module.add("Error", module.py().get_type::<engine::Error>())?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<law::Law>()?;

@@ -15,7 +15,10 @@ pub(crate) fn texts(overrides: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<String
         });
     };
     let text = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
-        Ok(format!("{}={}", key.extract::<String>()?, toml_of(&value)?))
+        let key = key.extract::<String>()?;
+        let value = toml_of(&value)
+            .map_err(|error| PyTypeError::new_err(format!("{key}: {}", error.value(value.py()))))?;
+        Ok(format!("{key}={value}"))
     };
     table.iter().map(text).collect()
 }

@@ -4,11 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::SystemTime;
 
-use numpy::{PyArray1, PyArray2};
+use numpy::PyArray2;
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rumple::kinetics::Search;
 use rumple::model::Evaluation;
 use rumple::output::{Interrupt, Mode, Progress, ResultDirectory};
 use rumple::run::run::{Ending, continued, recorded};
@@ -18,6 +17,7 @@ use rumple::view;
 
 use crate::engine::{Pending, Slot};
 use crate::law::Law;
+use crate::plugins::Plugins;
 use crate::scene::Scene;
 use crate::{convert, engine};
 
@@ -43,7 +43,7 @@ impl State {
         let species = PyDict::new(py);
         let names = model.chemistry().map(|c| c.descriptor().species.as_slice());
         for (about, values) in names.unwrap_or_default().iter().zip(&state.species) {
-            species.set_item(&about.name, PyArray1::from_slice(py, values))?;
+            species.set_item(&about.name, convert::column(py, values))?;
         }
         let by_name = PyDict::new(py);
         for (name, energy) in model.mechanics().names().zip(energies) {
@@ -145,9 +145,9 @@ impl Attended {
         });
         if let Some(why) = reached.missing {
             let text = format!("no {} is written: {why}", ResultDirectory::REPORT);
-            warn(py, &text)?;
+            warn(py, &text, 2)?;
         }
-        reached.notes.iter().try_for_each(|note| warn(py, note))?;
+        reached.notes.iter().try_for_each(|note| warn(py, note, 2))?;
         done.map(|()| reached.root)
     }
 }
@@ -161,9 +161,9 @@ struct Reached {
     notes: Vec<String>,
 }
 
-/// Issues a warning.
-pub(crate) fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
-    py.import("warnings")?.call_method1("warn", (text, py.get_type::<PyUserWarning>(), 2))?;
+/// Issues a warning for the line of Python that is `level` calls up; 1 is the one that called the engine.
+pub(crate) fn warn(py: Python<'_>, text: &str, level: usize) -> PyResult<()> {
+    py.import("warnings")?.call_method1("warn", (text, py.get_type::<PyUserWarning>(), level))?;
     Ok(())
 }
 
@@ -185,7 +185,7 @@ pub(crate) fn run(
     force: bool,
     observe: Option<Py<PyAny>>,
     law: Option<&Law>,
-    plugins: Vec<PathBuf>,
+    plugins: Option<Plugins>,
 ) -> PyResult<PathBuf> {
     let attended = Attended::new(observe);
     let law = scene.host_law(law, &attended.pending.law);
@@ -194,7 +194,7 @@ pub(crate) fn run(
         let stem = Path::new(scene.name());
         let default = || ResultDirectory::default_path(stem, SystemTime::now());
         let root = full(&out.unwrap_or_else(default))?;
-        let search = Search::from_environment(&plugins).with_law(law);
+        let search = Plugins::search(plugins.as_ref()).with_law(law);
         let mut simulation = rumple::Simulation::new(&scene, &search)?;
         let mut inputs = provenance::inputs(&scene, simulation.plugins());
         let state = state.map(|path| full(&path)).transpose()?;
@@ -208,8 +208,9 @@ pub(crate) fn run(
         reached.notes = simulation.notes().to_vec();
         let mut progress = Progress::new(Mode::Silent, 0.0, scene.time.span.until.get());
         let origin = (&*scene, state.as_deref());
-        recorded(origin, &mut simulation, &directory, &mut progress, interrupt, others)?;
-        Ok(())
+        let done = recorded(origin, &mut simulation, &directory, &mut progress, interrupt, others);
+        reached.notes.extend_from_slice(simulation.faults());
+        done.map(|_| ())
     })
 }
 
@@ -222,7 +223,7 @@ pub(crate) fn resume(
     until: Option<f64>,
     observe: Option<Py<PyAny>>,
     law: Option<&Law>,
-    plugins: Vec<PathBuf>,
+    plugins: Option<Plugins>,
 ) -> PyResult<PathBuf> {
     let attended = Attended::new(observe);
     let law = law.map(|law| law.host_law(&attended.pending.law));
@@ -233,14 +234,15 @@ pub(crate) fn resume(
             return Err(rumple::Error::Refused(text));
         }
         let directory = ResultDirectory::reopen(&root)?;
-        let search = Search::from_environment(&plugins).with_law(law);
+        let search = Plugins::search(plugins.as_ref()).with_law(law);
         let mut resumed = resumption::resume(&directory, until, &search)?;
         (reached.root, reached.report) = (root, resumed.scene.output.report);
         reached.notes = resumed.notes.clone();
         let (from, end) = (resumed.checkpoint.time(), resumed.scene.time.span.until.get());
         let mut progress = Progress::new(Mode::Silent, from, end);
-        continued(&mut resumed, &directory, &mut progress, interrupt, others)?;
-        Ok(())
+        let done = continued(&mut resumed, &directory, &mut progress, interrupt, others);
+        reached.notes.extend_from_slice(resumed.simulation.faults());
+        done.map(|_| ())
     })
 }
 

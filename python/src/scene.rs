@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rumple::kinetics::HostLaw;
@@ -117,10 +118,27 @@ impl Scene {
 }
 
 /// A scene, or the path of its file.
-#[derive(FromPyObject)]
 pub(crate) enum SceneOrFile<'py> {
     Scene(Bound<'py, Scene>),
     File(PathBuf),
+}
+
+impl<'a, 'py> FromPyObject<'a, 'py> for SceneOrFile<'py> {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(scene) = given.cast::<Scene>() {
+            return Ok(Self::Scene(scene.to_owned()));
+        }
+        let file = given.extract().map(Self::File);
+        file.map_err(|_| {
+            let kind = given.get_type().name().map(|name| name.to_string()).unwrap_or_default();
+            let text = format!(
+                "{kind}, expected a scene or the path of its file; rumple.scene(sheet={{…}}, …) makes one of tables"
+            );
+            PyTypeError::new_err(text)
+        })
+    }
 }
 
 impl<'py> SceneOrFile<'py> {

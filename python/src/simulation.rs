@@ -1,15 +1,12 @@
 //! A simulation: stepped, asked and changed between steps.
 
-use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use numpy::{PyArray2, PyArrayLike2};
+use numpy::PyArray2;
 use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
-use rumple::Vec3;
 use rumple::geometry;
-use rumple::kinetics::Search;
 use rumple::run::schedule::OutputSchedule;
 use rumple::run::{StopRules, inspect};
 use rumple::sheet::Surface;
@@ -20,6 +17,8 @@ use crate::convert;
 use crate::course::{Course, OwnedField};
 use crate::engine::{Error, Pending};
 use crate::law::Law;
+use crate::plugins::Plugins;
+use crate::run::warn;
 use crate::scene::SceneOrFile;
 use crate::species::Species;
 use crate::step::Step;
@@ -66,6 +65,9 @@ impl Simulation {
     }
 
     fn advance(&mut self, py: Python<'_>, until: f64) -> PyResult<Option<Step>> {
+        if !self.course().prepared {
+            self.prepare(py)?;
+        }
         self.with(py, |course| {
             let report = course.step(until)?;
             Ok(report.map(|report| Step::of(course.engine.state(), &report)))
@@ -77,12 +79,12 @@ impl Simulation {
 impl Simulation {
     /// Makes a scene, or the scene of a file, ready to run; `plugins` are folders in which its plugins are looked for first.
     #[new]
-    #[pyo3(signature = (scene, *, law = None, plugins = Vec::new()))]
+    #[pyo3(signature = (scene, *, law = None, plugins = None))]
     fn new(
         py: Python<'_>,
         scene: SceneOrFile<'_>,
         law: Option<&Law>,
-        plugins: Vec<PathBuf>,
+        plugins: Option<Plugins>,
     ) -> PyResult<Self> {
         let scene = scene.checked(py)?;
         let scene = scene.get();
@@ -90,7 +92,7 @@ impl Simulation {
         let law = scene.host_law(law, &pending.law);
         let (scene, control) = (Arc::clone(&scene.checked), pending.control());
         let made = pending.call(py, &mut false, move || {
-            let search = Search::from_environment(&plugins).with_law(law);
+            let search = Plugins::search(plugins.as_ref()).with_law(law);
             let mut engine = rumple::Simulation::new(&scene, &search)?;
             engine.set_control(control);
             let (schedule, rules) = (OutputSchedule::of(&scene), StopRules::of(&scene));
@@ -98,12 +100,18 @@ impl Simulation {
             let latest = StepReport::default();
             Ok(Course { engine, schedule, rules, until, prepared: false, latest, changed: false })
         })?;
+        made.engine.notes().iter().try_for_each(|note| warn(py, note, 1))?;
         Ok(Self { course: Mutex::new(made), pending, broken: false })
     }
 
-    /// Brings the start into equilibrium, as the first step does; the number of iterations.
+    /// Brings the start into equilibrium and tries its laws, as the first step does; the number of iterations.
     fn prepare(&mut self, py: Python<'_>) -> PyResult<usize> {
-        self.with(py, |course| Ok(course.prepare()?.iterations))
+        let first = !self.course().prepared;
+        let iterations = self.with(py, |course| Ok(course.prepare()?.iterations))?;
+        if first {
+            self.course().engine.faults().iter().try_for_each(|fault| warn(py, fault, 1))?;
+        }
+        Ok(iterations)
     }
 
     /// Brings the shape into equilibrium with its species; the number of iterations.
@@ -173,10 +181,11 @@ impl Simulation {
         self.course().engine.state().step
     }
 
-    /// Warnings about the mesh, the scene or the plugins.
+    /// Warnings about the mesh, the scene or the laws, which are issued as UserWarning too.
     #[getter]
     fn notes(&mut self) -> Vec<String> {
-        self.course().engine.notes().to_vec()
+        let engine = &self.course().engine;
+        [engine.notes(), engine.faults()].concat()
     }
 
     /// Positions of the vertices, n × 3; a copy.
@@ -186,24 +195,15 @@ impl Simulation {
     }
 
     #[setter]
-    fn set_positions(
-        &mut self,
-        py: Python<'_>,
-        positions: PyArrayLike2<'_, f64, numpy::AllowTypeChange>,
-    ) -> PyResult<()> {
-        let view = positions.as_array();
-        if view.ncols() != 3 {
-            let text = format!("positions have {} columns, expected 3", view.ncols());
-            return Err(PyValueError::new_err(text));
-        }
-        let points = view.rows().into_iter().map(|row| Vec3::new(row[0], row[1], row[2])).collect();
+    fn set_positions(&mut self, py: Python<'_>, positions: &Bound<'_, PyAny>) -> PyResult<()> {
+        let points = convert::points(positions, self.course().engine.state().x.len())?;
         self.with(py, |course| course.take(&Surface { points, ..course.surface() }))
     }
 
     /// Positions of the vertices in the reference configuration, n × 3.
     #[getter]
     fn rest_positions<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        convert::vectors(py, self.course().engine.sheet().rest())
+        Ok(convert::read_only(&convert::vectors(py, self.course().engine.sheet().rest())?))
     }
 
     /// Vertices of the triangles, m × 3.
@@ -256,10 +256,11 @@ impl Simulation {
             }
             None => {
                 let names: Vec<String> = all.iter().map(|field| bare(&field.0)).collect();
+                let where_ = if cells { "on triangles" } else { "on vertices" };
+                let listed = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
                 Err(PyKeyError::new_err(format!(
-                    "frames have no field {name:?}, they have: {}; output.fields of the scene lists \
-                     what they have",
-                    names.join(", ")
+                    "frames have no field {name:?} {where_}, they have: {listed}; output.fields of the scene \
+                     lists what they have"
                 )))
             }
         }

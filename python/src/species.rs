@@ -1,10 +1,11 @@
 //! The species of a simulation as a mapping.
 
-use numpy::{PyArray1, PyArrayLike1};
+use numpy::PyArray1;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use rumple::sheet::Array;
 
+use crate::convert;
 use crate::course::Course;
 use crate::simulation::Simulation;
 
@@ -37,15 +38,11 @@ impl Species {
         Ok(PyArray1::from_slice(py, values))
     }
 
-    fn __setitem__(
-        &self,
-        py: Python<'_>,
-        name: &str,
-        values: PyArrayLike1<'_, f64, numpy::AllowTypeChange>,
-    ) -> PyResult<()> {
+    fn __setitem__(&self, py: Python<'_>, name: &str, values: &Bound<'_, PyAny>) -> PyResult<()> {
         let mut simulation = self.of.try_borrow_mut(py)?;
-        index(simulation.course(), name)?;
-        let values: Vec<f64> = values.as_array().iter().copied().collect();
+        let course = simulation.course();
+        let count = course.engine.state().species[index(course, name)?].len();
+        let values = convert::values(values, name, count)?;
         simulation.with(py, |course| {
             let mut surface = course.surface();
             let arrays = surface.point_arrays.iter_mut().chain(&mut surface.cell_arrays);

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rumple::kinetics::{HostLaw, Search};
+use rumple::kinetics::HostLaw;
 use rumple::num::checked::Positive;
 use rumple::output::{Interrupt, Mode, Progress};
 use rumple::run::Error;
@@ -20,6 +20,7 @@ use rumple::view;
 use crate::engine::Pending;
 use crate::law::Law;
 use crate::overrides;
+use crate::plugins::Plugins;
 use crate::run::full;
 use crate::scene::Scene;
 
@@ -37,7 +38,7 @@ pub(crate) struct How {
     /// Threads of a member.
     threads: u16,
     /// Folders in which plugins are looked for first.
-    plugins: Vec<PathBuf>,
+    plugins: Option<Plugins>,
     /// Command of a member in a process of its own.
     member: Vec<OsString>,
 }
@@ -47,7 +48,7 @@ impl How {
     fn give(&self, plan: &mut Plan, law: Option<HostLaw>) -> rumple::Result<()> {
         plan.law = law;
         counted(&[("jobs", self.jobs), ("threads", self.threads.into())])?;
-        let search = Search::from_environment(&self.plugins);
+        let search = Plugins::search(self.plugins.as_ref());
         plan.threads = self.threads;
         plan.plugin_limit = UNLIMITED;
         plan.plugin_path =
@@ -198,7 +199,7 @@ pub(crate) fn accuracy(
     pending.attend(py, interrupt, || {
         let (file, set) = (scene.file()?, &scene.set);
         let (others, options) = (axes(&over)?, asked.options()?);
-        let search = Search::from_environment(&how.plugins).with_law(law.clone());
+        let search = Plugins::search(how.plugins.as_ref()).with_law(law.clone());
         options.check(file, set, &others, &search)?;
         let (study, mut plan) = Study::plan(file, set, others, &search, &options)?;
         (plan.level, plan.repeats) = (level, asked.repeats);
@@ -230,7 +231,7 @@ pub(crate) fn compare(
     let law = scene.host_law(None, &pending.law);
     pending.attend(py, interrupt, || {
         let root = full(&how.out)?;
-        let search = Search::from_environment(&how.plugins).with_law(law.clone());
+        let search = Plugins::search(how.plugins.as_ref()).with_law(law.clone());
         let comparison = Comparison {
             scene: scene.file()?,
             set: &scene.set,

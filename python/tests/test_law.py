@@ -142,7 +142,9 @@ def test_exceptions_of_a_law_are_the_cause():
 
 
 def test_results_of_a_law_are_checked():
-    assert "2 values are returned for c" in str(failing(lambda at: {"c": [1.0, 2.0]}))
+    assert "the rate of c: 2 items, expected a number, or an array of" in str(failing(lambda at: {"c": [1.0, 2.0]}))
+    assert "the rate of c: an array of float64 with the shape" in str(failing(lambda at: {"c": at.c[:, None]}))
+    assert "read-only" in str(failing(lambda at: {"c": numpy.add(at.c, 1.0, out=at.c)}))
     assert "no rate is returned" in str(failing(lambda at: {}))
     assert "not a species" in str(failing(lambda at: {"c": 0.0, "e": 0.0}))
     assert "dict" in str(failing(lambda at: at.c))
@@ -153,6 +155,28 @@ def test_results_of_a_law_are_checked():
         rumple.Law(growing, {"c": 0.0})
     with pytest.raises(ValueError, match="location"):
         rumple.Law(growing, "c", location="edge")
+    with pytest.raises(ValueError, match="lower = 2.* is not below upper = 1"):
+        rumple.Law(growing, {"c": {"lower": 2.0, "upper": 1.0}})
+    with pytest.raises(TypeError, match="@rumple.law"):
+        rumple.law(growing)
+
+
+def test_laws_are_tried_out_at_the_first_equilibrium():
+    random = numpy.random.default_rng(1)
+    sim = rumple.Simulation(without_kinetics(), law=rumple.Law(lambda at: {"c": random.random(len(at.c))}, "c", name="random"))
+    with pytest.raises(rumple.Error, match="must not keep internal state"):
+        sim.prepare()
+    law = rumple.Law(lambda at: {"c": -at.c}, "c", rate_partials=lambda at: {("c", "c"): 50.0}, name="wrong")
+    with pytest.warns(UserWarning, match="gives 50 in rate_partials .* where differences give"):
+        sim = rumple.Simulation(without_kinetics(), law=law)
+        sim.step()
+    assert any("rate_partials" in note for note in sim.notes)
+
+
+def test_a_run_warns_of_wrong_derivatives(tmp_path):
+    law = rumple.Law(lambda at: {"c": -at.c}, "c", rate_partials=lambda at: {("c", "c"): 50.0}, name="wrong")
+    with pytest.warns(UserWarning, match="gives 50 in rate_partials"):
+        rumple.run(without_kinetics(), tmp_path / "out", law=law)
 
 
 def test_a_slow_law_is_interrupted():

@@ -36,7 +36,7 @@ def test_species_on_faces():
     assert sim.field("c").shape == (len(sim.positions),)
     sim.species["c"] = numpy.zeros(count)
     assert sim.species["c"].max() == 0
-    with pytest.raises(rumple.Error, match=f"expected {count}"):
+    with pytest.raises(ValueError, match=rf"shape \(3,\), expected a number, or an array of {count}"):
         sim.species["c"] = numpy.zeros(3)
 
 
@@ -61,3 +61,15 @@ def test_keyword_arguments_are_the_tables_of_a_scene():
             rumple.scene(**COMMON, kinetics=kinetics)
     with pytest.raises(TypeError, match="no values of type function"):
         rumple.scene(sheet={"shape": lambda: "disc"})
+
+
+def test_the_shipped_plugins_come_with_the_package(monkeypatch, tmp_path):
+    monkeypatch.delenv("RUMPLE_PLUGIN_PATH", raising=False)
+
+    def scene(plugin):
+        sheet = {"shape": "disc", "radius": 10.0, "vertices": 100}
+        return rumple.scene(sheet=sheet, kinetics={"plugin": plugin}, time={"until": 0.1})
+
+    assert set(rumple.Simulation(scene("gray-scott")).species) == {"u", "v"}
+    with pytest.raises(rumple.Error, match=r"no plugin `nowhere`(.|\n)*plugins=\[DIR\]"):
+        rumple.Simulation(scene("nowhere"), plugins=tmp_path)

@@ -47,13 +47,21 @@ def test_a_start_is_set_before_the_first_step(sim):
 
 
 def test_what_does_not_fit_is_refused(sim):
-    with pytest.raises(rumple.Error, match="has 3 numbers"):
+    with pytest.raises(ValueError, match="c: 3 items, expected a number, or an array of"):
         sim.species["c"] = [1, 2, 3]
-    with pytest.raises(rumple.Error, match="vertices"):
-        sim.positions = sim.positions[:-1]
-    with pytest.raises(ValueError, match="2 columns"):
-        sim.positions = sim.positions[:, :2]
-    wrong = sim.positions
+    with pytest.raises(TypeError, match="c: str, expected a number"):
+        sim.species["c"] = "high"
+    count = len(sim.positions)
+    for wrong in [sim.positions[:-1], sim.positions[:, :2]]:
+        with pytest.raises(ValueError, match=rf"positions: .* expected an array of shape \({count}, 3\)"):
+            sim.positions = wrong
+    sim.species["c"] += 0.5
+    for copy in [sim.rest_positions, sim.triangles, sim.field("c")]:
+        with pytest.raises(ValueError, match="read-only"):
+            copy[:] = 0
+    sim.species["c"] = 0.25
+    assert (sim.species["c"] == 0.25).all()
+    wrong = sim.positions.copy()
     wrong[3, 0] = numpy.nan
     with pytest.raises(rumple.Error, match="vertex 3"):
         sim.positions = wrong

@@ -47,7 +47,9 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
     print_unknowns(&scene, &simulation);
     let flat = simulation.stepper.state.x.iter().all(|x| x.z == simulation.stepper.state.x[0].z);
     let mechanics = simulation.model().mechanics();
-    if flat && !mechanics.is_planar() && !mechanics.is_empty() {
+    let pushed =
+        mechanics.names().any(|name| name.starts_with("pressure") || name.starts_with("load"));
+    if flat && !pushed && !mechanics.is_planar() && !mechanics.is_empty() {
         say!(
             "warning    the initial shape is perfectly flat, and only forces out of the plane \
              move it out of it, even from a saddle; give sheet.imperfection or sheet.bump to \

@@ -84,6 +84,13 @@ impl Search {
         Self { directories, isolation: None, host_law: None }
     }
 
+    /// The same, which looks in `directory` last.
+    #[must_use]
+    pub fn then_in(mut self, directory: &Path) -> Self {
+        self.directories.push(directory.to_owned());
+        self
+    }
+
     /// The directories, in order.
     #[must_use]
     pub fn directories(&self) -> &[PathBuf] {

@@ -97,6 +97,12 @@ impl fmt::Display for BadValue {
                  factor level off as 1 + a*tanh(c) does"
             )?;
         }
+        if value.is_infinite() && call.ends_with("_partials") {
+            f.write_str(
+                "; the slope is infinite there, as of sqrt(c) at c = 0: start from another value, or write \
+                 sqrt(c + 1e-9)",
+            )?;
+        }
         Ok(())
     }
 }

@@ -8,6 +8,7 @@ use crate::Stepper;
 use crate::Vec3;
 use crate::effects::Elasticity;
 use crate::geometry::aligned;
+use crate::kinetics::Kinetics;
 use crate::model::{Drag, Mechanics, Potential};
 use crate::num::Short;
 use crate::scene::{Scene, SheetSource};
@@ -53,12 +54,6 @@ pub(super) fn on_scene(
         notes.push(format!(
             "the scene lists {name} more than once (effect[{number}] and effect[{second}]): {sum}"
         ));
-    }
-    let curved = scene.kinetics.iter().any(|law| law.curvature.is_some());
-    if curved && !names.iter().any(|name| name == "bending") {
-        notes.push(
-            "the law gives a spontaneous curvature (kinetics.curvature), and no effect bends: it does nothing".into(),
-        );
     }
     let tolerance = scene.equilibrium.tolerance();
     if tolerance >= LOOSE {
@@ -144,6 +139,16 @@ pub(super) fn on_loads(
              will be inaccurate; use {:.0e}",
             1e-4 * load
         ));
+    }
+}
+
+/// Inspects a law that gives what no effect of `scene` reads.
+pub(super) fn on_law(scene: &Scene, law: &dyn Kinetics, notes: &mut Vec<String>) {
+    let bends = scene.effects.iter().any(|effect| effect.name() == "bending");
+    if law.descriptor().capabilities.curvature && !bends {
+        notes.push(
+            "the law gives a spontaneous curvature, and no effect bends: it does nothing".into(),
+        );
     }
 }
 

@@ -128,6 +128,9 @@ fn on(
     let laws = laws::load(scene, search, &mut notes)?;
     let kinetics = laws.as_ref().map(|laws| laws.kinetics.as_ref());
     check_point(scene, kinetics)?;
+    if let Some(law) = kinetics {
+        lints::on_law(scene, law, &mut notes);
+    }
     if scene.sheet.planar {
         planar::note_signals(kinetics, &mut notes);
     }

@@ -13,7 +13,7 @@ use super::resume::Resumed;
 use super::session::Session;
 pub(crate) use super::summary::end;
 pub use super::summary::{Ending, Failure, Summary, with_status};
-use super::{Error, Result, Simulation, laws, lints, provenance, stability_monitor};
+use super::{Error, Result, Simulation, lints, provenance, stability_monitor};
 use crate::num::Short;
 use crate::output::{Interrupt, Progress, ResultDirectory};
 use crate::scene::Scene;
@@ -79,7 +79,7 @@ pub fn recorded(
         provenance::record(scene, state, simulation, directory)?;
         // In the middle of a run they cannot be tried out at the initial state.
         if scene.time.span.from.is_none() {
-            simulation.faults = laws::try_out(&mut simulation.evaluate())?;
+            simulation.try_laws()?;
         }
         for note in simulation.notes.iter().chain(&simulation.faults) {
             progress.message(note);
@@ -209,8 +209,7 @@ fn start(
 /// Evaluates the laws where signals are those of a relaxed sheet, if nothing was found before.
 fn try_laws(simulation: &mut Simulation, progress: &mut Progress) -> Result<()> {
     if simulation.faults.is_empty() && simulation.model().moves() && !simulation.at_rest {
-        simulation.faults = laws::try_out(&mut simulation.evaluate())?;
-        simulation.faults.iter().for_each(|fault| progress.message(fault));
+        simulation.try_laws()?.iter().for_each(|fault| progress.message(fault));
     }
     Ok(())
 }

@@ -7,7 +7,7 @@ use super::built::Built;
 use super::invariants::Invariants;
 use super::processor::Processor;
 use super::ranks::Spread;
-use super::{Error, Fields, Result, ledger_row, prepare};
+use super::{Error, Fields, Result, laws, ledger_row, prepare};
 use crate::Stepper;
 use crate::kinetics::Search;
 use crate::model::{Evaluation, Model, State};
@@ -129,6 +129,22 @@ impl Simulation {
     #[must_use]
     pub fn notes(&self) -> &[String] {
         &self.notes
+    }
+
+    /// Evaluates the laws at its state a few times and compares: hidden state is an error, derivatives that are not those of
+    /// the rates are returned, and listed with the faults of the run.
+    ///
+    /// # Errors
+    /// If a law fails, or gives two results for the same inputs.
+    pub fn try_laws(&mut self) -> Result<&[String]> {
+        self.faults = laws::try_out(&mut self.evaluate())?;
+        Ok(&self.faults)
+    }
+
+    /// Faults of laws and effects seen so far: derivatives that are not those of the rates, results that are no numbers.
+    #[must_use]
+    pub fn faults(&self) -> &[String] {
+        &self.faults
     }
 
     /// The files of the plugins.

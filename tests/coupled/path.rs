@@ -50,6 +50,21 @@ fn run(text: &str, keys: &[&str]) -> (Simulation, Vec<StepReport>) {
 }
 
 #[test]
+fn the_residual_of_a_step_is_that_of_its_end_state() {
+    let euler = "time.integrator={ kind = \"staggered\", method = \"euler\", step = 0.25 }";
+    for keys in [&[][..], &[euler]] {
+        let (mut simulation, reports) = run(DOSE, &[keys, &["time.until=0.5"]].concat());
+        let told = reports.last().unwrap().relaxation.residual;
+        let residual = simulation.evaluate().residual().unwrap();
+        assert!(told > 0.0, "{keys:?}");
+        assert!(
+            (told - residual).abs() <= 1e-9 * residual.max(1e-9),
+            "{keys:?}: {told}, {residual}"
+        );
+    }
+}
+
+#[test]
 fn a_sphere_that_doubles_stays_round_whatever_the_method_and_tolerance() {
     for keys in [
         &[][..],

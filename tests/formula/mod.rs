@@ -156,7 +156,7 @@ fn nothing_is_computed_twice_or_for_nothing() {
 
 #[test]
 fn errors_point_to_the_place() {
-    let cases: [(&str, &str, &str); 16] = [
+    let cases: [(&str, &str, &str); 18] = [
         ("u + w", "w", "unknown name `w`"),
         ("u + mean_curvatur", "mean_curvatur", "unknown name `mean_curvatur`"),
         ("expp(u)", "expp", "unknown function `expp`"),
@@ -167,6 +167,8 @@ fn errors_point_to_the_place() {
         ("u * / v", "/", "belongs here, not `/`"),
         ("min(u)", "min(u)", "takes 2 argument(s), not 1"),
         ("u ? v", "?", "unexpected character"),
+        ("v*(u > 1)", ">", "unexpected character"),
+        ("np.sin(u)", ".", "unexpected character"),
         ("1.2.3*u", "1.2.3", "not a finite number"),
         ("1e999", "1e999", "not a finite number"),
         ("u/0", "0", "division by zero"),
@@ -188,6 +190,8 @@ fn errors_point_to_the_place() {
         ("pow(u, 2)", "write x^y;"),
         ("Heaviside(u)", "write step(x);"),
         ("tan(u)", "write sin(x)/cos(x);"),
+        ("v*(u > 1)", "there are no comparisons: step(x - y)"),
+        ("np.sin(u)", "functions stand alone"),
     ] {
         assert!(help(text).starts_with(here), "{text}: {}", help(text));
     }

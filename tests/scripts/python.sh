@@ -28,6 +28,7 @@ fi
 export CARGO_TARGET_DIR=$target
 (cd python && cargo fmt --check)
 rm -rf target/wheels
+python/plugins.sh
 "$build/bin/maturin" build --release --locked --quiet --manifest-path python/Cargo.toml --out target/wheels
 "$clean/bin/pip" install --quiet --disable-pip-version-check --no-deps target/wheels/rumple-*.whl
 env --default-signal=INT PATH=/usr/bin:/bin RUMPLE="${RUMPLE:-$target/release/rumple}" "$clean/bin/pytest" -q python/tests

@@ -51,8 +51,9 @@ impl<const N: usize> Scalar for Dual<N> {
 
     #[inline]
     fn chain(self, value: f64, slope: f64) -> Self {
-        // A choice, not a branch: signs of signals are unpredictable.
-        self.unary(value, |d| if slope == 0.0 { 0.0 } else { slope * d })
+        // A choice, not a branch: signs of signals are unpredictable. The slope of √x at 0 is infinite for what x depends on,
+        // and 0 for all else.
+        self.unary(value, |d| if slope == 0.0 || d == 0.0 { 0.0 } else { slope * d })
     }
 }
 

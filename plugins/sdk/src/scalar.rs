@@ -25,7 +25,7 @@ pub trait Scalar:
 
     /// The function with this value and this slope at `self.value()`, by the chain rule.
     ///
-    /// A slope of exactly zero gives a zero derivative whatever the argument's derivative.
+    /// A slope of exactly zero gives a zero derivative whatever the argument's derivative, and the other way round.
     #[must_use]
     fn chain(self, value: f64, slope: f64) -> Self;
 

@@ -59,3 +59,10 @@ fn kinks_and_nan() {
     assert_eq!(Dual::<2>::variable(1.5, 1).derivatives, [0.0, 1.0]);
     assert_eq!(Dual::<2>::variable(1.5, 2).derivatives, [0.0, 0.0]);
 }
+
+#[test]
+fn an_infinite_slope_is_that_of_what_the_root_depends_on() {
+    for root in [Dual::<2>::variable(0.0, 1).sqrt(), Dual::variable(0.0, 1).powf(0.5)] {
+        assert_eq!(root.derivatives, [0.0, f64::INFINITY]);
+    }
+}

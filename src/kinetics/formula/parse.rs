@@ -169,6 +169,10 @@ fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, FormulaError> {
         let start = at;
         if character.is_whitespace() {
             at += character.len_utf8();
+        } else if character == '.' && text[at + 1..].starts_with(char::is_alphabetic) {
+            let help = "functions stand alone, without a module: sin(x)";
+            return Err(FormulaError::new(start..at + 1, "unexpected character `.` in a formula")
+                .help(help));
         } else if character.is_ascii_digit() || character == '.' {
             let digit = |k: usize| bytes.get(k).is_some_and(u8::is_ascii_digit);
             while digit(at) || bytes.get(at) == Some(&b'.') {
@@ -201,7 +205,12 @@ fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, FormulaError> {
         } else {
             at += character.len_utf8();
             let message = format!("unexpected character `{character}` in a formula");
-            let help = "numbers, names, + - * / ^, parentheses and functions";
+            let help = match character {
+                '<' | '>' | '=' | '!' | '?' => {
+                    "there are no comparisons: step(x - y) is 1 where x > y and 0 elsewhere; min, max and pos serve too"
+                }
+                _ => "numbers, names, + - * / ^, parentheses and functions",
+            };
             return Err(FormulaError::new(start..at, message).help(help));
         }
     }

@@ -217,7 +217,9 @@ impl Forecast {
         let whole = self.whole()?.likely;
         let (_, now) = self.seconds_left(1.0, LIKELY)?;
         let (_, then) = self.seconds_left(factor, LIKELY)?;
-        Some(self.start + (whole - self.start) * (then / now))
+        let other = self.start + (whole - self.start) * (then / now);
+        // Nothing is left at the end.
+        other.is_finite().then_some(other)
     }
 
     fn has_settled(&self) -> bool {

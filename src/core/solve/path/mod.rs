@@ -159,7 +159,7 @@ impl EquilibriumPath {
             };
             self.step = Some(course.step);
             course.done.add(&rest);
-            course.done.add(&rest::stabilise(workspace, route, state)?);
+            rest::stabilise(workspace, route, state, &mut course.done)?;
             workspace.pass(&last.x, &state.x, route.is_held())?;
             break;
         }

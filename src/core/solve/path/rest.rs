@@ -51,8 +51,8 @@ pub(super) fn rest(
     }
 }
 
-/// Leaves an equilibrium that is not stable. A perfectly flat sheet stays flat: no motion leads out of its plane, and
-/// the scene says how symmetry is broken.
+/// Leaves an equilibrium that is not stable, which is what `done` has led to. A perfectly flat sheet stays flat: no motion
+/// leads out of its plane, and the scene says how symmetry is broken.
 ///
 /// # Errors
 /// If the flow comes to no rest.
@@ -60,9 +60,10 @@ pub(super) fn stabilise(
     workspace: &mut Workspace,
     route: &Route<'_>,
     state: &mut State,
-) -> Result<Relaxation> {
+    done: &mut Relaxation,
+) -> Result<()> {
     let (_, end) = route.clock();
-    let mut done = Relaxation::default();
+    let (jumps, released) = (done.jumps, done.released);
     let edge = workspace.model.mechanics().reference().mean_edge();
     let reduction = workspace.reduction().clone();
     let before = energy(workspace, route, end, state)?;
@@ -77,19 +78,21 @@ pub(super) fn stabilise(
         let mut x = saddle.to_vec();
         parallel::update(&mut x, |i, x| *x += SEED * edge * mode[i]);
         state.x = x.into();
-        done.add(&rest(workspace, route, state)?);
+        let left_for = rest(workspace, route, state)?;
         if reduction.distance(&saddle, &state.x) < NEUTRAL * edge {
+            done.iterations += left_for.iterations;
             state.x = saddle;
             break;
         }
+        done.add(&left_for);
         workspace.pass(&saddle, &state.x, true)?;
         left = 1;
     }
-    done.jumps = left;
+    (done.jumps, done.released) = (jumps + left, released);
     if left > 0 {
-        done.released = before - energy(workspace, route, end, state)?;
+        done.released += before - energy(workspace, route, end, state)?;
     }
-    Ok(done)
+    Ok(())
 }
 
 /// The minimum near the shape of `state`.
