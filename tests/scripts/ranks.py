@@ -19,13 +19,14 @@ import vtk
 from vtk.util.numpy_support import vtk_to_numpy
 
 PATIENCE = 300
-ENVIRONMENT = os.environ | {
+# What the environment has takes precedence.
+ENVIRONMENT = {
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
     "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
     "OMPI_MCA_mpi_yield_when_idle": "1",
     "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
     "RAYON_NUM_THREADS": "1",
-}
+} | os.environ
 
 DOME = """
 sheet = {{ shape = "disc", radius = 10.0, vertices = {vertices}, bump = {{ amplitude = 0.5, width = 4.0 }} }}
