@@ -96,6 +96,15 @@ enum ShapeCommand {
         #[arg(long)]
         height: f64,
     },
+    /// A flat rectangle of rows of equilateral triangles.
+    Lattice {
+        /// Extent along x.
+        #[arg(long)]
+        width: f64,
+        /// Extent along y.
+        #[arg(long)]
+        height: f64,
+    },
     /// A flat ring.
     Annulus {
         /// Radius of the hole.
@@ -185,6 +194,7 @@ impl ShapeCommand {
         let shape = match *self {
             Self::Disc { radius } => Shape::Disc { radius },
             Self::Rectangle { width, height } => Shape::Rectangle { width, height },
+            Self::Lattice { width, height } => Shape::Lattice { width, height },
             Self::Annulus { inner, outer } => Shape::Annulus { inner, outer },
             Self::Sphere { radius, irregular } => Shape::Sphere { radius, irregular },
             Self::Cylinder { radius, height, caps } => Shape::Cylinder { radius, height, caps },

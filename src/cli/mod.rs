@@ -21,6 +21,7 @@ pub mod mesh;
 mod new;
 mod paraview;
 mod plugin;
+mod rank_job;
 mod ranks;
 mod resume;
 mod run;
@@ -131,6 +132,30 @@ impl SceneArgs {
     fn with_threads<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
         self.set_threads();
         rayon::scope(|_| work())
+    }
+
+    /// The same options word by word, but for the scene: as a job needs them that runs elsewhere.
+    fn words(&self) -> Result<Vec<String>> {
+        let mut words: Vec<String> = Vec::new();
+        self.overrides.iter().for_each(|set| words.extend(["--set".to_owned(), set.clone()]));
+        words.extend(self.words_of_plugins()?);
+        Ok(words)
+    }
+
+    /// Those of them that a resumed run takes as well.
+    fn words_of_plugins(&self) -> Result<Vec<String>> {
+        let mut words = Vec::new();
+        for path in &self.plugin_path {
+            let path = absolute(path)?.to_string_lossy().into_owned();
+            words.extend(["--plugin-path".to_owned(), path]);
+        }
+        if let Some(threads) = self.threads {
+            words.extend(["--threads".to_owned(), threads.to_string()]);
+        }
+        if self.isolate {
+            words.extend(["--isolate".to_owned(), format!("--plugin-limit={}", self.plugin_limit)]);
+        }
+        Ok(words)
     }
 
     /// Sets up the threads and reads the scene.

@@ -6,14 +6,31 @@ use std::sync::Arc;
 use crate::Result;
 use crate::reduction::Communicator;
 
+/// The variable of the environment by which srun says how many processes it has started.
+const TASKS_OF_SLURM: &str = "SLURM_STEP_NUM_TASKS";
+
+/// How many processes a launcher says that it has started, if there is more than one.
+fn several(variables: &[&str]) -> Option<usize> {
+    variables.iter().find_map(|name| {
+        let size: usize = std::env::var(name).ok()?.parse().ok()?;
+        (size > 1).then_some(size)
+    })
+}
+
 /// The ranks, if there is more than one.
 ///
 /// # Errors
-/// If MPI cannot be started; if there are several ranks and this program knows no MPI.
+/// If MPI cannot be started; if Slurm has started several processes that do not find one another.
 #[cfg(feature = "mpi")]
 pub(super) fn all() -> Result<Option<Arc<dyn Communicator>>> {
     if !rumple_ranks::is_launched() {
-        return Ok(None);
+        return match several(&[TASKS_OF_SLURM]) {
+            None => Ok(None),
+            Some(size) => Err(crate::Error::Refused(format!(
+                "this is one of {size} processes of srun, which MPI cannot connect: each would run the whole scene; start \
+                 them by `srun --mpi=pmix` (`srun --mpi=list` prints what there is) or by mpirun"
+            ))),
+        };
     }
     let world = rumple_ranks::world().map_err(crate::Error::Refused)?;
     Ok((world.size() > 1).then_some(world as Arc<dyn Communicator>))
@@ -25,11 +42,7 @@ pub(super) fn all() -> Result<Option<Arc<dyn Communicator>>> {
 /// If there are several: this program knows no MPI.
 #[cfg(not(feature = "mpi"))]
 pub(super) fn all() -> Result<Option<Arc<dyn Communicator>>> {
-    let launched = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"].iter().find_map(|name| {
-        let size: usize = std::env::var(name).ok()?.parse().ok()?;
-        (size > 1).then_some(size)
-    });
-    match launched {
+    match several(&["OMPI_COMM_WORLD_SIZE", "PMI_SIZE", TASKS_OF_SLURM]) {
         None => Ok(None),
         Some(size) => Err(crate::Error::Refused(format!(
             "this is one of {size} processes, and the program was built without MPI: each would run the whole scene; \

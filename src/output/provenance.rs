@@ -78,19 +78,21 @@ pub struct MeshRecord {
 impl MeshRecord {
     /// Hashes a mesh.
     #[must_use]
-    pub fn of(positions: &[Vec3], triangles: &[[u32; 3]]) -> Self {
-        let mut hasher = Sha256::new();
-        for x in positions.iter().flat_map(|p| [p.x, p.y, p.z]) {
-            hasher.update(x.to_le_bytes());
+    pub fn of(
+        positions: impl Iterator<Item = Vec3>,
+        triangles: impl Iterator<Item = [u32; 3]>,
+    ) -> Self {
+        let (mut hasher, mut counts) = (Sha256::new(), [0; 2]);
+        for point in positions {
+            counts[0] += 1;
+            [point.x, point.y, point.z].iter().for_each(|x| hasher.update(x.to_le_bytes()));
         }
-        for v in triangles.iter().flatten() {
-            hasher.update(v.to_le_bytes());
+        for corners in triangles {
+            counts[1] += 1;
+            corners.iter().for_each(|v| hasher.update(v.to_le_bytes()));
         }
-        Self {
-            vertices: positions.len(),
-            triangles: triangles.len(),
-            sha256: hexadecimal(&hasher.finalize()),
-        }
+        let [vertices, triangles] = counts;
+        Self { vertices, triangles, sha256: hexadecimal(&hasher.finalize()) }
     }
 }
 

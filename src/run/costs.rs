@@ -41,7 +41,7 @@ pub struct Costs {
 /// What one part cost.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PartCost {
-    /// effect, signal, law, geometry, solver, output or preparation.
+    /// effect, signal, law, geometry, solver, output, preparation or ranks.
     pub group: String,
     /// Which of them.
     pub name: String,
@@ -136,6 +136,7 @@ impl Costs {
                 parts.push(part);
             }
         }
+        parts.extend(communication(simulation));
         parts.retain(|part| part.group == "effect" || !part.is_nothing());
         let counted = allocated().is_some();
         let seconds = simulation.built.began.elapsed().as_secs_f64();
@@ -193,6 +194,14 @@ impl Costs {
             Error::Refused(format!("{}: is not what a run writes: {error}", path.display()))
         })
     }
+}
+
+/// What this rank has communicated, where the sheet is spread over ranks; PETSc keeps its own account.
+fn communication(simulation: &Simulation) -> Option<PartCost> {
+    let ranks = simulation.sheet().reduction().distribution()?;
+    let mut part = PartCost::new("ranks", "communication");
+    part.counts = ranks.traffic.counts().map(|(name, count)| (name.to_owned(), count)).to_vec();
+    Some(part)
 }
 
 /// The effects of the scene, each with all that it brought.

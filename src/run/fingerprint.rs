@@ -46,7 +46,7 @@ impl MadeFrom {
         if let Some([name, digest]) = &simulation.host_law {
             files.push([HOST_LAW.to_owned(), name.clone(), digest.clone()]);
         }
-        Ok(Self { scene: scene.resolved()?, mesh: simulation.mesh(), files })
+        Ok(Self { scene: scene.resolved()?, mesh: simulation.mesh().sha256, files })
     }
 
     /// The name of the law of the host program.

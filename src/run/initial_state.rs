@@ -3,9 +3,6 @@
 use std::cell::LazyCell;
 use std::collections::BTreeMap;
 
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-
 use super::Result;
 use crate::Vec3;
 use crate::geometry::vertex_normals;
@@ -13,8 +10,11 @@ use crate::kinetics::{Location, formula};
 use crate::model::{Chemistry, Model, Positions, State};
 use crate::num::Short;
 use crate::num::checked::{Finite, Positive};
-use crate::scene::{self, Direction, FieldFile, Initial, Pattern, Scene, path_to};
-use crate::sheet::{self, Sheet};
+use crate::num::index;
+use crate::scene::{
+    self, Direction, FieldFile, Initial, Pattern, Scene, Sequence, SheetSource, path_to,
+};
+use crate::sheet::{self, Lattice, Sheet, SheetError};
 
 /// The generator's shape; none for the graph of a formula.
 fn shape(shape: &scene::Shape) -> Option<sheet::Shape> {
@@ -23,6 +23,7 @@ fn shape(shape: &scene::Shape) -> Option<sheet::Shape> {
     Some(match shape {
         S::Disc(d) => G::Disc { radius: d.radius.get() },
         S::Rectangle(r) => G::Rectangle { width: r.width.get(), height: r.height.get() },
+        S::Lattice(l) => G::Lattice { width: l.width.get(), height: l.height.get() },
         S::Annulus(a) => G::Annulus { inner: a.inner.get(), outer: a.outer.get() },
         S::Sphere(s) => G::Sphere { radius: s.radius.get(), irregular: s.irregular },
         S::Cylinder(c) => {
@@ -47,6 +48,10 @@ fn shape(shape: &scene::Shape) -> Option<sheet::Shape> {
 /// Shapes that cannot be made, at `sheet.shape`, and formulas that are none, at `sheet.z`.
 pub(super) fn generated(scene: &Scene, spec: &scene::Shape) -> Result<Sheet> {
     let (vertices, seed) = (spec.vertices(), spec.seed());
+    if let Some(lattice) = lattice(scene)? {
+        let place = |e: SheetError| scene.error_at("sheet.shape", &e.to_string(), None).into();
+        return lattice.sheet().map_err(place);
+    }
     let made = if let scene::Shape::Graph(graph) = spec {
         let formula = formula::FieldFormula::new(&graph.z, false).map_err(|e| {
             scene.error_within("sheet.z", &graph.z, &e.span, &e.message, e.help.as_deref())
@@ -73,6 +78,19 @@ pub(super) fn state(scene: &Scene, sheet: &Sheet, model: &Model) -> Result<State
     Ok(State { time: 0.0, step: 0, x, species, internal: model.initial_internal() })
 }
 
+/// The lattice of `scene`, if its sheet is one.
+///
+/// # Errors
+/// Too few or too many vertices for its sizes.
+pub(super) fn lattice(scene: &Scene) -> Result<Option<Lattice>> {
+    let SheetSource::Generated(scene::Shape::Lattice(spec)) = &scene.sheet.source else {
+        return Ok(None);
+    };
+    let made = Lattice::new([spec.width.get(), spec.height.get()], spec.vertices.get());
+    let place = |e: SheetError| scene.error_at("sheet.shape", &e.to_string(), None).into();
+    made.map(Some).map_err(place)
+}
+
 fn positions(scene: &Scene, sheet: &Sheet) -> Positions {
     let mut x = Positions::from(sheet);
     let normals = LazyCell::new(|| vertex_normals(sheet, sheet.rest()));
@@ -82,9 +100,12 @@ fn positions(scene: &Scene, sheet: &Sheet) -> Positions {
     };
     let interior: Vec<usize> = (0..x.len()).filter(|&i| !sheet.boundary()[i]).collect();
     if let Some(imperfection) = &scene.sheet.imperfection {
-        let mut random = ChaCha8Rng::seed_from_u64(imperfection.seed);
-        for &i in &interior {
-            let share: f64 = random.random_range(-1.0..=1.0);
+        let mut random = Sequence::new(imperfection.seed, -1.0..=1.0);
+        // Of a lattice every vertex has a number drawn, so that a part need not know how many lie in the interior.
+        let by_number =
+            matches!(scene.sheet.source, SheetSource::Generated(scene::Shape::Lattice(_)));
+        for (k, &i) in interior.iter().enumerate() {
+            let share = random.at(if by_number { sheet.number(i) } else { index(k) });
             x[i] += imperfection.amplitude.get() * share * along(imperfection.direction, i);
         }
     }
@@ -137,20 +158,22 @@ fn species(scene: &Scene, sheet: &Sheet, chemistry: &Chemistry) -> Result<Vec<Ve
         }
     }
     let at = points(sheet, chemistry.location());
+    let number = |i: usize| match chemistry.location() {
+        Location::Vertex => sheet.number(i),
+        _ => sheet.triangle_number(i),
+    };
     let mut all = Vec::new();
     for species in &descriptor.species {
         let none = || ("kinetics".to_owned(), &Initial::Uniform(Finite::ZERO));
         let (path, initial) = given.remove(species.name.as_str()).unwrap_or_else(none);
         let values = match initial {
-            Initial::File(file) => {
-                from_file(scene, &path, file, chemistry.location(), chemistry.points(sheet))?
-            }
+            Initial::File(file) => from_file(scene, &path, file, (sheet, chemistry.location()))?,
             Initial::Pattern(Pattern::Formula(text)) => formula::over_positions(text, &at)
                 .map_err(|e| {
                     let (path, help) = (format!("{path}.formula"), e.help.as_deref());
                     scene.error_within(&path, text, &e.span, &e.message, help)
                 })?,
-            initial => initial.values(&at).unwrap_or_default(),
+            initial => initial.values(&at, &number).unwrap_or_default(),
         };
         let wrong = values.iter().position(|c| !(*c >= species.lower && *c <= species.upper));
         if let Some(i) = wrong {
@@ -174,8 +197,7 @@ pub(super) fn from_file(
     scene: &Scene,
     path: &str,
     file: &FieldFile,
-    location: Location,
-    points: usize,
+    (sheet, location): (&Sheet, Location),
 ) -> Result<Vec<f64>> {
     let surface = sheet::read::surface(&file.file)
         .map_err(|e| scene.error_at(&format!("{path}.file"), &e.to_string(), None))?;
@@ -184,9 +206,13 @@ pub(super) fn from_file(
         _ => &surface.cell_arrays,
     };
     match arrays.iter().find(|a| a.name == file.array) {
-        Some(a) if a.components == 1 && a.values.len() == points => Ok(a.values.clone()),
         Some(a) => {
-            let found = a.values.len();
+            let on_faces = location != Location::Vertex;
+            let here = (a.components == 1).then(|| sheet.part_of(&a.values, on_faces)).flatten();
+            if let Some(values) = here {
+                return Ok(values);
+            }
+            let (found, points) = (a.values.len(), sheet.counts_of_whole()[usize::from(on_faces)]);
             let message = format!(
                 "array `{}` has {found} numbers; {points} are needed, one per {}",
                 a.name,

@@ -334,7 +334,7 @@ pub fn parameter_fields(
                     })?
                 }
                 (Some(ParameterSpec::File(file)), _) => {
-                    initial_state::from_file(scene, &path, file, location, points.len())?
+                    initial_state::from_file(scene, &path, file, (sheet, location))?
                 }
                 (None, Default::SameAs(earlier)) => all[first + earlier].clone(),
                 _ => vec![uniform[all.len()]],

@@ -10,12 +10,13 @@ use super::invariants::Invariants;
 use super::laws::Laws;
 use super::processor::Processor;
 use super::ranks::Spread;
-use super::simulation::Simulation;
+use super::simulation::{Simulation, mesh_record};
 use super::snapshot::Snapshot;
 use super::{Error, Fields, Result, initial_state, laws, lints, planar, scale_checks};
 use crate::effects::{EffectError, Elasticity, ReadSurface};
 use crate::kinetics::{Kinetics, Location, Search, Signal};
 use crate::model::{Model, ParameterFields, Potential, State};
+use crate::output::provenance::MeshRecord;
 use crate::problem::{Law, Part, Problem, ProblemError, rest_areas};
 use crate::reduction::Communicator;
 use crate::scene::{Scene, SheetSource};
@@ -97,25 +98,35 @@ pub(super) fn over(
 ) -> Result<Simulation> {
     super::ranks::check(scene)?;
     let mut notes = Vec::new();
-    let whole = read_sheet(scene, &mut notes)?;
     let place = |e: sheet::SheetError| scene.error_at("sheet", &e.to_string(), None);
-    let part = SheetPart::cut(&whole, ranks).map_err(place)?;
+    let (around, part, mesh) = match initial_state::lattice(scene)? {
+        Some(lattice) => {
+            let (around, part) = SheetPart::of_lattice(&lattice, ranks).map_err(place)?;
+            (around, part, MeshRecord::of(lattice.points(), lattice.triangles()))
+        }
+        None => {
+            let whole = read_sheet(scene, &mut notes)?;
+            let part = SheetPart::cut(&whole, ranks).map_err(place)?;
+            let mesh = mesh_record(&whole);
+            (whole, part, mesh)
+        }
+    };
     let sheet = Arc::new(part.sheet.clone());
-    on(scene, search, (sheet, Some((whole, part))), notes)
+    on(scene, search, (sheet, Some((around, Spread::new(part, mesh)))), notes)
 }
 
 /// Makes `scene` ready to run on its sheet, or on a part of the whole.
 fn on(
     scene: &Scene,
     search: &Search,
-    (sheet, of): (Arc<Sheet>, Option<(Sheet, SheetPart)>),
+    (sheet, of): (Arc<Sheet>, Option<(Sheet, Spread)>),
     mut notes: Vec<String>,
 ) -> Result<Simulation> {
     let mut built = Built::begin();
     let read = |file: &Path| {
         let mut surface = read_surface(file)?;
-        if let Some((_, part)) = &of {
-            part.restrict_surface(&mut surface);
+        if let Some((_, spread)) = &of {
+            spread.part.restrict_surface(&mut surface);
         }
         Ok(surface)
     };
@@ -141,8 +152,8 @@ fn on(
     note_mechanics(scene, &model, &mut notes)?;
     stepper.state = match &of {
         None => initial_state::state(scene, &sheet, &model)?,
-        Some((whole, part)) => {
-            super::ranks::restricted(part, initial_state::state(scene, whole, &model)?)
+        Some((around, spread)) => {
+            super::ranks::restricted(&spread.part, initial_state::state(scene, around, &model)?)
         }
     };
     let fields = fields(scene, &stepper, material.as_ref())?;
@@ -160,7 +171,7 @@ fn on(
         built,
         invariants,
         spent: crate::tally::Spent::default(),
-        spread: of.map(|(whole, part)| Spread::of(&whole, part)),
+        spread: of.map(|(_, spread)| spread),
         processor: Processor::default(),
     };
     if let Some(path) = &scene.time.span.from {
@@ -207,15 +218,15 @@ fn problem<'a>(
     sheet: &Arc<Sheet>,
     material: Option<&Elasticity>,
     laws: Option<&Laws>,
-    of: Option<&(Sheet, SheetPart)>,
+    of: Option<&(Sheet, Spread)>,
 ) -> Result<Problem<'a>> {
     let location = location(scene, laws.map(|laws| laws.kinetics.as_ref()));
     let parameters = match laws {
         Some(laws) => match of {
             None => laws::parameter_fields(scene, sheet, location, laws)?,
-            Some((whole, part)) => {
-                let mut fields = laws::parameter_fields(scene, whole, location, laws)?;
-                fields.at_points.iter_mut().for_each(|values| part.restrict(values));
+            Some((around, spread)) => {
+                let mut fields = laws::parameter_fields(scene, around, location, laws)?;
+                fields.at_points.iter_mut().for_each(|values| spread.part.restrict(values));
                 fields
             }
         },

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::{Checkpoint, Result, Simulation};
-use crate::output::provenance::{FileRecord, MeshRecord};
+use crate::output::provenance::FileRecord;
 use crate::output::{Inputs, Provenance, ResultDirectory, atomic};
 use crate::scene::Scene;
 
@@ -32,8 +32,7 @@ pub fn record(
     simulation: &Simulation,
     directory: &ResultDirectory,
 ) -> Result<()> {
-    let mesh = MeshRecord::of(simulation.sheet().rest(), simulation.sheet().triangles());
-    let mut provenance = Provenance::new(mesh);
+    let mut provenance = Provenance::new(simulation.mesh());
     // A scene that was parsed has no file.
     let file = Some(scene.file()).filter(|file| !file.as_os_str().is_empty());
     provenance.scene = file.map(FileRecord::of).transpose()?;

@@ -2,15 +2,13 @@
 
 use std::fs;
 use std::io::{Read as _, Seek as _, SeekFrom};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::fingerprint::MadeFrom;
 use super::ranks::checkpoints::{self, Usable};
-use super::ranks::{self, Spread};
 use super::{Checkpoint, Error, Result, Simulation};
 use crate::kinetics::Search;
-use crate::model::State;
 use crate::output::checkpoint::{self, Unusable};
 use crate::output::provenance::digest_of;
 use crate::output::{Format, ResultDirectory, RunStatus, Standing, vtkhdf};
@@ -66,7 +64,7 @@ pub fn resume_on(
         until.map(|until| format!("time.until={until:?}")).into_iter().collect();
     let scene = Scene::load(&path, &overrides)?;
     let found = last(root, directory, of.as_deref());
-    let (Usable { checkpoint, whole }, notes) = match found {
+    let (Usable { checkpoint, parts }, notes) = match found {
         Ok(found) => found,
         Err(notes) => {
             let why = match &notes[..] {
@@ -98,7 +96,7 @@ pub fn resume_on(
              --from FRAME` starts one from a frame's state"
         ));
     }
-    if restore(&checkpoint, whole, &mut simulation).is_err() {
+    if restore(&checkpoint, &parts, &mut simulation).is_err() {
         return refuse(
             "its checkpoint does not fit its scene: it was written by another build of the program; resume \
              with that, or begin again"
@@ -108,17 +106,17 @@ pub fn resume_on(
     Ok(Resumed { scene, simulation, checkpoint, notes })
 }
 
-/// Takes over a checkpoint, or `whole`, the state of the whole sheet that it is a part of.
+/// Takes over a checkpoint, or where the run had another number of ranks the state from those of all its `parts`.
 fn restore(
     checkpoint: &Checkpoint,
-    whole: Option<State>,
+    parts: &[PathBuf],
     simulation: &mut Simulation,
 ) -> Result<(), Malformed> {
-    let Some(whole) = whole else { return checkpoint.restore(simulation) };
-    let state = match &simulation.spread {
-        None => whole,
-        Some(Spread { part, .. }) => ranks::restricted(part, whole),
-    };
+    if parts.is_empty() {
+        return checkpoint.restore(simulation);
+    }
+    let part = simulation.spread.as_ref().map(|spread| &spread.part);
+    let state = checkpoints::state_of(parts, part).ok_or(Malformed)?;
     checkpoint.go_on_from(state, simulation);
     Ok(())
 }
@@ -177,7 +175,7 @@ fn last(
         });
         match read {
             Ok(checkpoint) => match missing(directory, &checkpoint) {
-                None => return Ok((Usable { checkpoint, whole: None }, notes)),
+                None => return Ok((Usable { checkpoint, parts: Vec::new() }, notes)),
                 Some(what) => notes.push(format!("{name} does not fit the results: {what}")),
             },
             Err(error) => notes.push(format!("{name} {error}")),

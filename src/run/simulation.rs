@@ -74,7 +74,7 @@ impl Simulation {
         prepare::prepare(scene, search)
     }
 
-    /// The same over several ranks: each makes the whole sheet, keeps its part, and takes the same steps.
+    /// The same over several ranks: each keeps its part of the sheet, and all take the same steps.
     ///
     /// # Errors
     /// As for [`Simulation::new`], on any rank; what does not go over ranks; fewer vertices than ranks.
@@ -91,10 +91,9 @@ impl Simulation {
         surface
     }
 
-    /// The hash of its mesh, the whole one.
-    pub(super) fn mesh(&self) -> String {
-        let of = |sheet: &Sheet| MeshRecord::of(sheet.rest(), sheet.triangles()).sha256;
-        self.spread.as_ref().map_or_else(|| of(self.sheet()), |spread| spread.mesh.clone())
+    /// The record of its mesh, the whole one.
+    pub(super) fn mesh(&self) -> MeshRecord {
+        self.spread.as_ref().map_or_else(|| mesh_record(self.sheet()), |spread| spread.mesh.clone())
     }
 
     /// The model.
@@ -286,4 +285,9 @@ impl Simulation {
     pub fn ledger_row(&mut self, report: &StepReport) -> Result<Vec<(String, f64)>> {
         ledger_row::titled_row(self, report)
     }
+}
+
+/// The record of the mesh of a whole sheet.
+pub(super) fn mesh_record(sheet: &Sheet) -> MeshRecord {
+    MeshRecord::of(sheet.rest().iter().copied(), sheet.triangles().iter().copied())
 }

@@ -11,6 +11,7 @@
 
 use std::path::PathBuf;
 
+use rand::distr::uniform::SampleRange;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -114,7 +115,7 @@ pub struct Stripe {
     pub background: Finite,
 }
 
-/// Noise, drawn point by point in the order of the points.
+/// Noise, drawn point by point in the order of the points of the whole sheet.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Random {
@@ -125,6 +126,28 @@ pub struct Random {
     /// Seed of the random numbers.
     #[serde(default = "default_seed")]
     pub seed: u64,
+}
+
+/// A seeded sequence of random numbers, read at ascending places: of a part of a sheet those that the whole one has there.
+pub(crate) struct Sequence<R> {
+    random: ChaCha8Rng,
+    range: R,
+    next: u32,
+}
+
+impl<R: SampleRange<f64> + Clone> Sequence<R> {
+    pub(crate) fn new(seed: u64, range: R) -> Self {
+        Self { random: ChaCha8Rng::seed_from_u64(seed), range, next: 0 }
+    }
+
+    /// The number at `place`, which is beyond those of earlier calls.
+    pub(crate) fn at(&mut self, place: u32) -> f64 {
+        for _ in self.next..place {
+            self.random.random_range(self.range.clone());
+        }
+        self.next = place + 1;
+        self.random.random_range(self.range.clone())
+    }
 }
 
 fn along_x() -> [Finite; 3] {
@@ -184,7 +207,7 @@ impl Initial {
 
     /// Values at the rest positions of all points, in their order; `None` for a file or a formula.
     #[must_use]
-    pub fn values(&self, points: &[Vec3]) -> Option<Vec<f64>> {
+    pub fn values(&self, points: &[Vec3], number: &dyn Fn(usize) -> u32) -> Option<Vec<f64>> {
         let everywhere = |value: &dyn Fn(&Vec3) -> f64| points.iter().map(value).collect();
         Some(match self {
             Self::File(_) | Self::Pattern(Pattern::Formula(_)) => return None,
@@ -207,10 +230,10 @@ impl Initial {
                 })
             }
             Self::Pattern(Pattern::Random(noise)) => {
-                let mut rng = ChaCha8Rng::seed_from_u64(noise.seed);
-                let mut draw =
-                    || noise.mean.get() + noise.amplitude.get() * rng.random_range(-1.0..1.0);
-                points.iter().map(|_| draw()).collect()
+                let mut sequence = Sequence::new(noise.seed, -1.0..1.0);
+                let mut draw = |i| sequence.at(number(i));
+                let value = |u| noise.mean.get() + noise.amplitude.get() * u;
+                (0..points.len()).map(|i| value(draw(i))).collect()
             }
         })
     }

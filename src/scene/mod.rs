@@ -35,6 +35,7 @@ use crate::solve::equilibrium::Method;
 
 pub use self::checkpoint::CheckpointSpec;
 pub use self::error::SceneError;
+pub(crate) use self::initial::Sequence;
 pub use self::initial::{FieldFile, Gaussian, Initial, Pattern, Random, RectangularSpot, Stripe};
 pub use self::invariants::{Bound, InvariantsSpec};
 pub use self::kinetics::{KineticsSpec, ParameterSpec, PositionFormula};

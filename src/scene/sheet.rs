@@ -66,6 +66,8 @@ pub enum Shape {
     Disc(Disc),
     /// A flat rectangle around the origin.
     Rectangle(Rectangle),
+    /// A flat rectangle of equilateral triangles.
+    Lattice(Lattice),
     /// A flat ring around the origin.
     Annulus(Annulus),
     /// A sphere around the origin.
@@ -103,7 +105,10 @@ impl Shape {
                 match self { $(Self::$kind(shape) => (shape.vertices.get(), shape.seed),)* }
             };
         }
-        of!(Disc, Rectangle, Annulus, Sphere, Cylinder, Cap, Torus, Ellipsoid, WavyStrip, Graph)
+        of!(
+            Disc, Rectangle, Lattice, Annulus, Sphere, Cylinder, Cap, Torus, Ellipsoid, WavyStrip,
+            Graph
+        )
     }
 }
 
@@ -133,6 +138,15 @@ shape!(
 shape!(
     /// Sizes of a rectangle.
     Rectangle {
+        /// Extent along x.
+        width: Positive,
+        /// Extent along y.
+        height: Positive,
+    }
+);
+shape!(
+    /// Sizes of a rectangle of equilateral triangles.
+    Lattice {
         /// Extent along x.
         width: Positive,
         /// Extent along y.
@@ -270,9 +284,10 @@ pub(crate) fn origin() -> [Finite; 3] {
 const COMMON: [&str; 5] = ["shape", "file", "planar", "imperfection", "bump"];
 
 /// Names of the shapes.
-const SHAPES: [&str; 11] = [
+const SHAPES: [&str; 12] = [
     "disc",
     "rectangle",
+    "lattice",
     "annulus",
     "sphere",
     "cylinder",
@@ -285,7 +300,7 @@ const SHAPES: [&str; 11] = [
 ];
 
 /// Those of them that lie in a plane.
-const FLAT: [&str; 3] = ["disc", "rectangle", "annulus"];
+const FLAT: [&str; 4] = ["disc", "rectangle", "lattice", "annulus"];
 
 /// Reads the table `[sheet]`.
 pub(crate) fn read_sheet(mut node: Node) -> Result<SheetSpec, Problem> {
@@ -333,9 +348,8 @@ fn read_planar(node: &mut Node) -> Result<bool, Problem> {
     {
         let message = format!("a {shape} does not lie in a plane z = const");
         let problem = Problem::plain(message).placed(&place).under("planar");
-        return Err(
-            problem.help("a planar sheet is a disc, a rectangle, an annulus or a flat file")
-        );
+        return Err(problem
+            .help("a planar sheet is a disc, a rectangle, a lattice, an annulus or a flat file"));
     }
     Ok(true)
 }
@@ -361,6 +375,7 @@ fn read_shape(name: Node, sizes: Node) -> Result<SheetSource, Problem> {
     let shape = match name.as_str() {
         "disc" => read(sizes).map(Shape::Disc),
         "rectangle" => read(sizes).map(Shape::Rectangle),
+        "lattice" => read(sizes).map(Shape::Lattice),
         "annulus" => return read_annulus(sizes).map(SheetSource::Generated),
         "point" => return read_point(&sizes),
         "sphere" => read(sizes).map(Shape::Sphere),

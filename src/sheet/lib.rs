@@ -13,7 +13,7 @@ pub mod write;
 
 pub use check::Finding;
 pub use enclosed::is_turned;
-pub use generate::{Height, Shape, generate, generate_graph};
+pub use generate::{Height, Lattice, Shape, generate, generate_graph};
 pub use partition::Part;
 pub use quality::MeshReport;
 pub use surface::{Array, Surface};

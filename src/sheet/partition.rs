@@ -14,8 +14,9 @@ use std::sync::Arc;
 
 use rumple_numerics::Vec3;
 use rumple_numerics::num::index;
-use rumple_numerics::reduction::{Communicator, Distribution, Points, Reduction};
+use rumple_numerics::reduction::{Communicator, Distribution, Points, Reduction, Traffic};
 
+use super::generate::lattice::{Lattice, Patch};
 use super::topology::Share;
 use super::{Sheet, SheetError, Surface};
 
@@ -30,6 +31,23 @@ pub struct Part {
     pub triangles: Arc<Vec<u32>>,
     /// Vertices and triangles of the whole sheet.
     pub whole: [usize; 2],
+    /// The same of the sheet that it was cut from, the whole one or a neighbourhood of the part.
+    around: Kept,
+}
+
+/// Numbers of vertices and triangles that are kept, and of how many.
+#[derive(Debug, Clone)]
+struct Kept {
+    numbers: [Vec<u32>; 2],
+    of: [usize; 2],
+}
+
+impl Kept {
+    fn restrict<T: Clone>(&self, values: &mut Vec<T>) {
+        if let Some(kind) = self.of.iter().position(|count| *count == values.len()) {
+            *values = self.numbers[kind].iter().map(|&i| values[i as usize].clone()).collect();
+        }
+    }
 }
 
 /// Shares `points` out over `ranks` of nearly as many points each: the rank of every point.
@@ -70,14 +88,36 @@ impl Part {
     /// # Errors
     /// Fewer vertices than ranks.
     pub fn cut(whole: &Sheet, communicator: Arc<dyn Communicator>) -> Result<Self, SheetError> {
-        let (rank, ranks) = (communicator.rank(), communicator.size());
+        let ranks = communicator.size();
         if whole.vertex_count() < ranks {
             let vertices = whole.vertex_count();
             let message = format!("{vertices} vertices cannot be spread over {ranks} ranks");
             return Err(SheetError::Unusable(message));
         }
-        let owners = bisect(whole.rest(), ranks);
-        let cut = Cut { whole, owners: &owners, rank: index(rank) };
+        Self::cut_from(whole, &bisect(whole.rest(), ranks), communicator)
+    }
+
+    /// The part of this rank of a lattice, of which it makes that part and its neighbourhood only.
+    ///
+    /// # Errors
+    /// Fewer points in a direction than ranks.
+    pub fn of_lattice(
+        lattice: &Lattice,
+        communicator: Arc<dyn Communicator>,
+    ) -> Result<(Sheet, Self), SheetError> {
+        let Patch { sheet, owners } = lattice.patch(communicator.rank(), communicator.size())?;
+        let part = Self::cut_from(&sheet, &owners, communicator)?;
+        Ok((sheet, part))
+    }
+
+    /// The part of `whole`, or of a part of it that has three rings around what this rank owns.
+    fn cut_from(
+        whole: &Sheet,
+        owners: &[u32],
+        communicator: Arc<dyn Communicator>,
+    ) -> Result<Self, SheetError> {
+        let rank = communicator.rank();
+        let cut = Cut { whole, owners, rank: index(rank) };
         let (vertices, before) = cut.vertices();
         let triangles = cut.triangles(&vertices);
         let mut local = vec![u32::MAX; whole.vertex_count()];
@@ -94,33 +134,33 @@ impl Part {
             vertices: cut.halo(&vertices, owned, |v| owners[v as usize], |v| cut.ranks_near(v, 2)),
             faces: cut.halo(&triangles, faces, |t| cut.counted_by(t), |t| cut.ranks_of_face(t)),
             communicator,
+            traffic: Traffic::default(),
         };
         let euler = if rank == 0 { whole.euler_characteristic() } else { 0 };
-        let (vertices, triangles) = (Arc::new(vertices), Arc::new(triangles));
+        let of = [whole.vertex_count(), whole.triangle_count()];
+        let numbers = |kept: &[u32], number: &dyn Fn(usize) -> u32| {
+            Arc::new(kept.iter().map(|&i| number(i as usize)).collect::<Vec<_>>())
+        };
+        let around = Kept { numbers: [vertices, triangles], of };
+        let vertices = numbers(&around.numbers[0], &|v| whole.number(v));
+        let triangles = numbers(&around.numbers[1], &|t| whole.triangle_number(t));
         let share = Share {
             owned,
             before,
             euler,
             numbers: Arc::clone(&vertices),
             triangle_numbers: Arc::clone(&triangles),
-            whole: owners.len(),
+            whole: whole.counts_of_whole(),
         };
         let sheet = Sheet::new(rest, corners)?.part(boundary, share);
         let sheet = sheet.reduced_by(Reduction::over(Arc::new(distribution)));
-        let whole = [whole.vertex_count(), whole.triangle_count()];
-        Ok(Self { sheet, vertices, triangles, whole })
+        Ok(Self { sheet, vertices, triangles, whole: whole.counts_of_whole(), around })
     }
 
-    /// The rows of `values`, of which the whole sheet has one a vertex, that this part keeps; likewise of triangles.
-    /// Others are left as they are.
+    /// The rows of `values`, of which the sheet that this part was cut from has one a vertex, that the part keeps; likewise
+    /// of triangles. Others are left as they are.
     pub fn restrict<T: Clone>(&self, values: &mut Vec<T>) {
-        let [vertices, triangles] = self.whole;
-        let kept = match values.len() {
-            n if n == vertices => &*self.vertices,
-            n if n == triangles => &*self.triangles,
-            _ => return,
-        };
-        *values = kept.iter().map(|&i| values[i as usize].clone()).collect();
+        self.around.restrict(values);
     }
 
     /// The part of `surface`, a surface with the vertices and triangles of the whole sheet.

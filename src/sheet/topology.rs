@@ -119,10 +119,10 @@ pub(crate) struct Share {
     pub(crate) before: usize,
     /// Of the parts together it is that of the whole.
     pub(crate) euler: i64,
-    /// The numbers of the vertices and triangles in the whole, and how many vertices that has.
+    /// The numbers of the vertices and triangles in the whole, and how many of each that has.
     pub(crate) numbers: Arc<Vec<u32>>,
     pub(crate) triangle_numbers: Arc<Vec<u32>>,
-    pub(crate) whole: usize,
+    pub(crate) whole: [usize; 2],
 }
 
 /// A triangulated sheet in its rest state: an oriented manifold with or without a boundary.
@@ -251,10 +251,24 @@ impl Sheet {
         self.share.as_ref().map_or(index(t), |share| share.triangle_numbers[t])
     }
 
-    /// How many vertices the sheet has that this is a part of.
+    /// Of `values`, one a vertex or one a triangle of the sheet that this is a part of, those of its own vertices or
+    /// triangles; `None` where there are more or fewer.
     #[must_use]
-    pub fn count_of_whole(&self) -> usize {
-        self.share.as_ref().map_or(self.vertex_count(), |share| share.whole)
+    pub fn part_of<T: Clone>(&self, values: &[T], on_triangles: bool) -> Option<Vec<T>> {
+        let count = [self.vertex_count(), self.triangle_count()][usize::from(on_triangles)];
+        let Some(share) = &self.share else {
+            return (values.len() == count).then(|| values.to_vec());
+        };
+        let numbers = [&share.numbers, &share.triangle_numbers][usize::from(on_triangles)];
+        let fits = values.len() == share.whole[usize::from(on_triangles)];
+        fits.then(|| numbers.iter().map(|&i| values[i as usize].clone()).collect())
+    }
+
+    /// How many vertices and triangles the sheet has that this is a part of.
+    #[must_use]
+    pub fn counts_of_whole(&self) -> [usize; 2] {
+        let own = [self.vertex_count(), self.triangle_count()];
+        self.share.as_ref().map_or(own, |share| share.whole)
     }
 
     /// Whether an element with these corners is counted here, in sums over the whole sheet: each is by one rank.

@@ -10,7 +10,7 @@ fn hashes_and_versions_are_written() {
     let plugin = folder.path().join("plugin.so");
     fs::write(&plugin, "abc").unwrap();
     let directory = ResultDirectory::prepare(&folder.path().join("run"), false).unwrap();
-    let mesh = MeshRecord::of(&[Vec3::new(0.0, 1.0, -2.5)], &[[0, 1, 2]]);
+    let mesh = MeshRecord::of([Vec3::new(0.0, 1.0, -2.5)].into_iter(), [[0, 1, 2]].into_iter());
     // Of the 24 + 12 little-endian bytes, by Python's hashlib.
     let hash = "f63d3bcf4cdb1d854a5d31099ef1793f37e2b4a65ce9da64e61832cedcaa09af";
     assert_eq!(mesh.sha256, hash);

@@ -65,6 +65,7 @@ fn resolved_reads_back_as_the_same_scene() {
     for sheet in [
         "shape = \"disc\"\nradius = 100.0",
         "shape = \"rectangle\"\nwidth = 3\nheight = 0.1",
+        "shape = \"lattice\"\nwidth = 3\nheight = 1",
         "shape = \"annulus\"\ninner = 1\nouter = 2",
         "shape = \"sphere\"\nradius = 1\nirregular = true",
         "shape = \"cylinder\"\nradius = 1\nheight = 2",
@@ -181,7 +182,8 @@ fn initial_fields_follow_their_formulas() {
     };
     let x = |x: f64, y: f64| Vec3::new(x, y, 0.0);
     let points = [x(0.0, 0.0), x(2.0, 0.0), x(0.0, -2.0), x(5.0, 5.0)];
-    let values = |value: &str| start(value).values(&points).unwrap();
+    let by_place = |i: usize| u32::try_from(i).unwrap();
+    let values = |value: &str| start(value).values(&points, &by_place).unwrap();
     assert_eq!(values("3"), [3.0; 4]);
     let e = (-0.5f64).exp();
     let spot = "{ gaussian = { width = 2, amplitude = 4, background = 1 } }";
@@ -205,5 +207,5 @@ fn initial_fields_follow_their_formulas() {
     assert_eq!(v, values(noise));
     assert_ne!(v, values("{ random = { mean = 10, amplitude = 1, seed = 4 } }"));
     assert!(v.iter().all(|c| (9.0..11.0).contains(c)) && v[0] != v[1]);
-    assert!(start("{ file = \"x.vtu\", array = \"c\" }").values(&points).is_none());
+    assert!(start("{ file = \"x.vtu\", array = \"c\" }").values(&points, &by_place).is_none());
 }

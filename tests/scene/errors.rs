@@ -169,8 +169,8 @@ fn missing_keys_name_table_and_key() {
         "[sheet]",
         "missing key shape in [sheet]",
         Some(
-            "shape is one of: disc, rectangle, annulus, sphere, cylinder, cap, torus, ellipsoid, \
-             wavy-strip, graph, point; or give file = \"…\"",
+            "shape is one of: disc, rectangle, lattice, annulus, sphere, cylinder, cap, torus, \
+             ellipsoid, wavy-strip, graph, point; or give file = \"…\"",
         ),
     );
     let text = SCENE.replacen("kind = \"test-spring\"\n", "", 1);

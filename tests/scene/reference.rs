@@ -21,6 +21,7 @@ const TABLES: [(&str, &str, &[&str]); 32] = [
         &[
             "sheet = { impossible = 0 }",
             "sheet = { shape = \"impossible\" }",
+            "sheet = { shape = \"lattice\", impossible = 0 }",
             "sheet = { shape = \"sphere\", impossible = 0 }",
             "sheet = { shape = \"cylinder\", impossible = 0 }",
             "sheet = { shape = \"cap\", impossible = 0 }",

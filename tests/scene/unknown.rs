@@ -108,8 +108,8 @@ fn unknown_names_show_the_allowed_ones_and_the_nearest() {
         "\"disk\"",
         "sheet: unknown shape \"disk\"",
         Some(
-            "did you mean disc? allowed: disc, rectangle, annulus, sphere, cylinder, cap, torus, \
-             ellipsoid, wavy-strip, graph, point",
+            "did you mean disc? allowed: disc, rectangle, lattice, annulus, sphere, cylinder, cap, \
+             torus, ellipsoid, wavy-strip, graph, point",
         ),
     );
     wrong(

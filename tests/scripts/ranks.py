@@ -1,8 +1,8 @@
 """One sheet over ranks: runs of 1, 2, 3 and 4 processes by mpirun, compared with one process.
 
-    ranks.py RUMPLE OUT
+    ranks.py RUMPLE OUT [TEST…]
 
-RUMPLE is the program with the feature `mpi`; OUT takes the runs. Wants vtk and numpy.
+RUMPLE is the program with the feature `mpi`; OUT takes the runs. Wants vtk and numpy. The test `slurm` wants to be run by slurm.sh.
 """
 
 import csv
@@ -19,13 +19,14 @@ import vtk
 from vtk.util.numpy_support import vtk_to_numpy
 
 PATIENCE = 300
-ENVIRONMENT = os.environ | {
+# What the environment has takes precedence.
+ENVIRONMENT = {
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
     "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
     "OMPI_MCA_mpi_yield_when_idle": "1",
     "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
     "RAYON_NUM_THREADS": "1",
-}
+} | os.environ
 
 DOME = """
 sheet = {{ shape = "disc", radius = 10.0, vertices = {vertices}, bump = {{ amplitude = 0.5, width = 4.0 }} }}
@@ -218,6 +219,23 @@ def closed():
     compare(OUT / "sphere-one", OUT / "sphere", 2, 1e-6, "sphere with a volume, 3 ranks")
 
 
+def lattice():
+    """A sheet of which each rank makes its part: start, noise and steps as those of one process; resumed on other ranks."""
+    text = DOME.replace('shape = "disc", radius = 10.0', 'shape = "lattice", width = 20.0, height = 14.0')
+    text = text.replace("bump =", "imperfection = {{ amplitude = 0.02 }}, bump =")
+    text = text.replace("initial = {{ c = 0.0 }}", "initial = {{ c = {{ random = {{ mean = 0.2, amplitude = 0.1 }} }} }}")
+    run(0, "run", scene("lattice-one", text, preconditioner="factor"), "--out", OUT / "lattice-one")
+    for ranks in [2, 3, 4]:
+        run(ranks, "run", scene("lattice", text), "--out", OUT / f"lattice-{ranks}")
+        start = [frame(OUT / name, 0)[2]["c"] for name in ["lattice-one", f"lattice-{ranks}"]]
+        assert numpy.array_equal(*start), "other noise"
+        for number in [0, 2]:
+            compare(OUT / "lattice-one", OUT / f"lattice-{ranks}", number, 5e-6, f"lattice, {ranks} ranks")
+    run(4, "resume", OUT / "lattice-2", "--until", 0.6)
+    run(0, "resume", OUT / "lattice-one", "--until", 0.6)
+    compare(OUT / "lattice-one", OUT / "lattice-2", 3, 5e-6, "lattice, resumed on 4 ranks")
+
+
 def plugin():
     """The law of Model I as a plugin, on the dome, until it buckles at t = 0.12: where depends on the linear solver."""
     law = DOME.replace(DOME[DOME.index("rates ="):DOME.index("[[effect]]")], PLUGIN)
@@ -291,11 +309,48 @@ def killed():
     assert int(ledger(out)[-1]["step"]) > step or float(ledger(out)[-1]["time"]) == 3.0
 
 
+def slurm():
+    """A job of Slurm that is cancelled, and resumed on another number of ranks by a second one."""
+    def queue():
+        return subprocess.run(["squeue", "-h"], capture_output=True, text=True, check=True).stdout.strip()
+
+    def wait_for(what, done):
+        deadline = time.time() + PATIENCE
+        while not done():
+            assert time.time() < deadline, f"{what} does not happen\n{log.read_text() if log.exists() else ''}"
+            time.sleep(0.2)
+
+    def submit(ranks):
+        words = ["--slurm", "--ranks", ranks, "--slurm-option=--overcommit", "--launcher", f"{LAUNCHER} -n {ranks}"]
+        said = run(0, "run", path, "--out", out, *words)
+        return said.split()[1].rstrip(":")
+
+    path = scene("slurm", until=2.0, every=0.25)
+    out, log = OUT / "slurm", OUT / "slurm.log"
+    run(2, "run", path, "--out", OUT / "slurm-here")
+    job = submit(2)
+    wait_for("a checkpoint", lambda: len(list(out.glob("checkpoints/*.bin"))) > 1)
+    subprocess.run(["scancel", "--signal=TERM", "--full", job], check=True)
+    wait_for("the end of the first job", lambda: not queue())
+    step = int(ledger(out)[-1]["step"])
+    assert float(ledger(out)[-1]["time"]) < 2.0, "the job ended before it was cancelled"
+    submit(3)
+    wait_for("the end of the second job", lambda: not queue())
+    assert float(ledger(out)[-1]["time"]) == 2.0 and int(ledger(out)[-1]["step"]) > step, log.read_text()
+    assert (out / "ranks" / "3" / "2").is_dir()
+    compare(OUT / "slurm-here", out, 8, 2e-3, "a job of 2 ranks, resumed by one of 3")
+
+
+TESTS = [
+    same_as_one_process, other_linear_solvers, effects, closed, lattice, plugin, from_a_frame, resumed, refused, killed
+]
+LAUNCHER = "mpirun --oversubscribe"
+
 if __name__ == "__main__":
-    RUMPLE, OUT = sys.argv[1], pathlib.Path(sys.argv[2]).resolve()
+    RUMPLE, OUT, names = sys.argv[1], pathlib.Path(sys.argv[2]).resolve(), sys.argv[3:]
     shutil.rmtree(OUT, ignore_errors=True)
     OUT.mkdir(parents=True)
-    for test in [same_as_one_process, other_linear_solvers, effects, closed, plugin, from_a_frame, resumed, refused, killed]:
+    for test in [globals()[name] for name in names] or TESTS:
         print(f"--- {test.__name__.replace('_', ' ')}", flush=True)
         test()
     print("all passed")

@@ -106,6 +106,31 @@ fn curved_shapes_keep_the_promises() {
     promises(&SPHEROID, 5_000, 1, 2);
 }
 
+#[test]
+fn lattices_have_nearly_equilateral_triangles() {
+    for (size, vertices) in [([30.0, 10.0], 500), ([5.0, 40.0], 5_000), ([1.0, 1.0], 20_000)] {
+        let shape = Shape::Lattice { width: size[0], height: size[1] };
+        let sheet = made(&shape, vertices, 1);
+        assert_eq!(sheet, made(&shape, vertices, 2));
+        let report = MeshReport::new(&sheet);
+        assert!(report.vertices.abs_diff(vertices) * 12 < vertices, "{shape:?}\n{report}");
+        assert_eq!((report.euler_characteristic, report.all_boundary_triangles), (1, 0));
+        assert!(report.quality.min > 0.6 && report.quality.mean > 0.97, "{shape:?}\n{report}");
+        assert!((total_curvature(&sheet) - TAU).abs() < 1e-9);
+        let corner = |v: u32| sheet.rest()[v as usize];
+        let areas = sheet.triangles().iter().map(|t| {
+            let [a, b, c] = t.map(corner);
+            0.5 * (b - a).cross(&(c - a)).z
+        });
+        let areas: Vec<f64> = areas.collect();
+        assert!(areas.iter().all(|area| *area > 0.0));
+        assert!((areas.iter().sum::<f64>() / (size[0] * size[1]) - 1.0).abs() < 1e-12);
+    }
+    let narrow = Shape::Lattice { width: 9.0, height: 0.1 };
+    let error = generate(&narrow, 300, 1).unwrap_err().to_string();
+    assert!(error.contains("the shorter side is only"), "{error}");
+}
+
 /// Loops of boundary edges.
 fn loops(sheet: &Sheet) -> usize {
     let mut next = std::collections::BTreeMap::new();

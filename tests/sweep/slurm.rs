@@ -4,6 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use rumple::study::run::RankJob;
+
 use super::resumed::{slow, status_of, wait_until};
 use super::{GROWING, folder, rows, rumple, statuses, text};
 
@@ -63,6 +65,53 @@ fn the_job_script_has_a_task_for_every_member_that_is_left() {
     let out = sweep(&["--slurm-option=time", "--slurm", "--force"]);
     assert_eq!(out.status.code(), Some(2));
     assert!(text(&out.stderr).contains("--slurm-option"), "{}", text(&out.stderr));
+}
+
+#[test]
+fn the_job_script_of_a_run_over_ranks_runs_or_resumes() {
+    let folder = folder(GROWING);
+    let root = folder.path().join("it's 100% o\"ut");
+    // In place of a launcher and of the program: they print their words.
+    let job = RankJob {
+        root: &root,
+        program: "program".into(),
+        scene: folder.path().join("scene.toml"),
+        run: vec!["--set".into(), "a=\"it's\"".into()],
+        resume: vec!["--quiet".into()],
+        ranks: 3,
+        threads: 2,
+        launcher: "echo",
+        options: &["--time=1:00:00".into()],
+    };
+    let path = job.write().unwrap();
+    assert_eq!(path, folder.path().join("it's 100% o\"ut.sbatch"));
+    let script = fs::read_to_string(&path).unwrap();
+    for line in ["--ntasks=3", "--cpus-per-task=2", "--time=1:00:00", "--signal=B:TERM@60"] {
+        assert!(script.lines().any(|l| l == format!("#SBATCH {line}")), "{line} in {script}");
+    }
+    assert!(script.contains("/it's 100%% o\\\"ut.log\""), "{script}");
+    let said = || text(&Command::new("sh").arg(&path).output().unwrap().stdout);
+    let scene = job.scene.display();
+    let run = format!("program run {scene} --out {} --set a=\"it's\"\n", root.display());
+    assert_eq!(said(), run);
+    fs::create_dir(&root).unwrap();
+    fs::write(root.join("resolved.toml"), "").unwrap();
+    let resumed = format!("program resume {} --quiet\n", root.display());
+    assert_eq!(said(), resumed);
+    let wrong = RankJob { options: &["time".into()], ..job };
+    assert!(wrong.script().unwrap_err().to_string().contains("--slurm-option"));
+}
+
+#[cfg(not(feature = "mpi"))]
+#[test]
+fn a_program_without_mpi_submits_no_ranks() {
+    let folder = folder(GROWING);
+    let all = ["run", "scene.toml", "--out", "out", "--slurm", "--ranks", "2", "--no-submit"];
+    let out = rumple(folder.path(), &all);
+    assert_eq!(out.status.code(), Some(2));
+    assert!(text(&out.stderr).contains("--features mpi"), "{}", text(&out.stderr));
+    let out = rumple(folder.path(), &["run", "scene.toml", "--slurm", "--ranks", "2"]);
+    assert!(text(&out.stderr).contains("--out"), "{}", text(&out.stderr));
 }
 
 fn slurm(program: &str, args: &[&str]) -> String {

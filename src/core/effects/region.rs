@@ -178,7 +178,7 @@ impl Region {
     }
 
     fn check(&self, sheet: &Sheet) -> Result<(), (String, &'static str)> {
-        let n = sheet.count_of_whole();
+        let [n, _] = sheet.counts_of_whole();
         match self {
             Self::Vertices(list) => match list.iter().find(|v| **v as usize >= n) {
                 Some(v) => Err((

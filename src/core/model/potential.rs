@@ -300,9 +300,16 @@ impl Potential {
         self.each(energy::ENERGY, x, |_, term, work, shape| {
             total[0] += term.evaluate(shape, work, None)
         });
-        self.reduction().sum_over_ranks(&mut total);
-        let anchor = self.anchor.as_ref().map_or(0.0, |anchor| anchor.energy(x, self.reduction()));
-        total[0] + anchor + self.hold_energy(x)
+        self.total(total[0], x)
+    }
+
+    /// The energy over all ranks: of the effects, of which each has its share, of the anchor and of what holds vertices.
+    fn total(&self, effects: f64, x: &[Vec3]) -> f64 {
+        let (anchor, reduction) = (self.anchor.as_ref(), self.reduction());
+        let anchor = anchor.map_or(0.0, |anchor| anchor.energy_here(x, reduction));
+        let mut all = [effects, anchor, self.hold_energy_here(x)];
+        reduction.sum_over_ranks(&mut all);
+        all[0] + all[1] + all[2]
     }
 
     /// What sums over the whole sheet are taken over.
@@ -311,11 +318,11 @@ impl Potential {
         self.mechanics.sheet().reduction()
     }
 
-    /// Energy of the forces that hold the vertices, 0 at rest.
-    fn hold_energy(&self, x: &[Vec3]) -> f64 {
+    /// Energy of the forces that hold the owned vertices, 0 at rest.
+    fn hold_energy_here(&self, x: &[Vec3]) -> f64 {
         let Some(force) = &self.hold else { return 0.0 };
         let rest = self.mechanics.sheet().rest();
-        -self.reduction().sum(x.len(), |i| force[i].dot(&(x[i] - rest[i])))
+        -self.reduction().sum_here(x.len(), |i| force[i].dot(&(x[i] - rest[i])))
     }
 
     /// Total energy at `x` (L, if there are constraints), and its gradient with the fixed directions set
@@ -347,17 +354,14 @@ impl Potential {
         self.each(energy::GRADIENT, x, |_, term, work, shape| {
             total[0] += term.evaluate(shape, work, Some(&mut *gradient));
         });
-        self.reduction().sum_over_ranks(&mut total);
-        let [mut total] = total;
         if let Some(anchor) = &self.anchor {
-            total += anchor.add(x, gradient, self.reduction());
+            anchor.add(x, gradient);
         }
         if let Some(force) = &self.hold {
             parallel::update(gradient, |i, g| *g -= force[i]);
-            total += self.hold_energy(x);
         }
         self.mechanics.fix(gradient);
-        total
+        self.total(total[0], x)
     }
 
     /// Largest force on a vertex in units of [`Potential::force_scale`].

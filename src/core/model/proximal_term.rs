@@ -38,19 +38,18 @@ impl Anchor {
         self.slack * self.weights.least(reduction)
     }
 
-    /// Adds to the gradient at `x`; the energy.
-    pub(super) fn add(&self, x: &[Vec3], gradient: &mut [Vec3], reduction: &Reduction) -> f64 {
+    /// Adds to the gradient at `x`.
+    pub(super) fn add(&self, x: &[Vec3], gradient: &mut [Vec3]) {
         parallel::update(gradient, |i, g| *g += self.weights.apply(i, x[i] - self.x[i]));
-        self.energy(x, reduction)
     }
 
-    /// Its energy at `x`.
-    pub(super) fn energy(&self, x: &[Vec3], reduction: &Reduction) -> f64 {
+    /// The energy at `x` of what is owned here.
+    pub(super) fn energy_here(&self, x: &[Vec3], reduction: &Reduction) -> f64 {
         let pull = |i: usize| {
             let d = x[i] - self.x[i];
             0.5 * d.dot(&self.weights.apply(i, d))
         };
-        reduction.sum(x.len(), pull)
+        reduction.sum_here(x.len(), pull)
     }
 
     /// Adds its second derivatives.

@@ -9,6 +9,7 @@
 //! owned points are complete without a sum over ranks; ghosts of two rings of neighbours make that possible.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::Vec3;
 
@@ -46,6 +47,33 @@ pub struct Points {
     pub receive: Vec<(usize, Vec<u32>)>,
 }
 
+/// How often a rank has communicated with others.
+#[derive(Debug, Default)]
+pub struct Traffic {
+    reductions: AtomicU64,
+    updates: AtomicU64,
+    messages: AtomicU64,
+    bytes: AtomicU64,
+}
+
+impl Traffic {
+    /// Reductions over all ranks; updates of ghosts, with the messages and the bytes sent by them.
+    #[must_use]
+    pub fn counts(&self) -> [(&'static str, u64); 4] {
+        [
+            ("reductions", &self.reductions),
+            ("halo updates", &self.updates),
+            ("halo messages", &self.messages),
+            ("halo bytes", &self.bytes),
+        ]
+        .map(|(name, count)| (name, count.load(Ordering::Relaxed)))
+    }
+
+    fn add(count: &AtomicU64, more: usize) {
+        count.fetch_add(u64::try_from(more).unwrap_or(u64::MAX), Ordering::Relaxed);
+    }
+}
+
 /// A rank's share of a sheet, with its halo.
 pub struct Distribution {
     /// The ranks.
@@ -54,9 +82,31 @@ pub struct Distribution {
     pub vertices: Points,
     /// Its triangles.
     pub faces: Points,
+    /// What was communicated by the methods of [`Reduction`](super::Reduction).
+    pub traffic: Traffic,
 }
 
 impl Distribution {
+    /// Sums over the ranks.
+    pub(super) fn sum(&self, values: &mut [f64]) {
+        Traffic::add(&self.traffic.reductions, 1);
+        self.communicator.sum(values);
+    }
+
+    /// The largest of the ranks.
+    pub(super) fn max(&self, values: &mut [f64]) {
+        Traffic::add(&self.traffic.reductions, 1);
+        self.communicator.max(values);
+    }
+
+    fn exchange(&self, send: &[(usize, Vec<f64>)], receive: &mut [(usize, Vec<f64>)]) {
+        Traffic::add(&self.traffic.updates, 1);
+        Traffic::add(&self.traffic.messages, send.len());
+        let numbers: usize = send.iter().map(|(_, values)| values.len()).sum();
+        Traffic::add(&self.traffic.bytes, size_of::<f64>() * numbers);
+        self.communicator.exchange(send, receive);
+    }
+
     /// The points of which there are `count` here.
     fn points(&self, count: usize) -> &Points {
         if count == self.vertices.count { &self.vertices } else { &self.faces }
@@ -78,7 +128,7 @@ impl Distribution {
             points.receive.iter().map(|(rank, list)| (*rank, packed(list))).collect();
         let mut receive: Vec<_> =
             points.send.iter().map(|(rank, list)| (*rank, vec![0.0; 3 * list.len()])).collect();
-        self.communicator.exchange(&send, &mut receive);
+        self.exchange(&send, &mut receive);
         for ((_, list), (_, values)) in points.send.iter().zip(&receive) {
             for (&i, values) in list.iter().zip(values.as_chunks::<3>().0) {
                 vector[i as usize] += Vec3::from(*values);
@@ -104,7 +154,7 @@ impl Distribution {
         let room = |list: &[u32]| vec![0.0; list.len() * W * columns.len()];
         let mut receive: Vec<_> =
             points.receive.iter().map(|(rank, list)| (*rank, room(list))).collect();
-        self.communicator.exchange(&send, &mut receive);
+        self.exchange(&send, &mut receive);
         for ((_, list), (_, values)) in points.receive.iter().zip(&receive) {
             let mut rows = values.as_chunks::<W>().0.iter();
             for column in &mut *columns {

@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use crate::Vec3;
 use crate::parallel::{self, vectors};
-pub use distribution::{Communicator, Distribution, Points};
+pub use distribution::{Communicator, Distribution, Points, Traffic};
 
 /// What sums, maxima and decisions are taken over.
 #[derive(Clone, Default)]
@@ -88,14 +88,14 @@ impl Reduction {
     /// Sums over the ranks of numbers that each has already summed over what it owns.
     pub fn sum_over_ranks(&self, values: &mut [f64]) {
         if let Some(ranks) = &self.0 {
-            ranks.communicator.sum(values);
+            ranks.sum(values);
         }
     }
 
     /// The largest over the ranks of numbers that each has already compared over what it owns; NaN wins.
     pub fn max_over_ranks(&self, values: &mut [f64]) {
         if let Some(ranks) = &self.0 {
-            ranks.communicator.max(values);
+            ranks.max(values);
         }
     }
 
@@ -109,9 +109,14 @@ impl Reduction {
 
     /// `Σ_i f(i)` over all points, of which `count` are here.
     pub fn sum(&self, count: usize, f: impl Fn(usize) -> f64 + Sync) -> f64 {
-        let mut sum = [parallel::sum(self.owned(count), f)];
+        let mut sum = [self.sum_here(count, f)];
         self.sum_over_ranks(&mut sum);
         sum[0]
+    }
+
+    /// The same over what is owned here: for [`Self::sum_over_ranks`] together with other sums.
+    pub fn sum_here(&self, count: usize, f: impl Fn(usize) -> f64 + Sync) -> f64 {
+        parallel::sum(self.owned(count), f)
     }
 
     /// K sums at once, of which `f` gives those over a range of points.
@@ -187,10 +192,20 @@ impl Reduction {
         w: &[f64],
         per_point: usize,
     ) -> Vec<f64> {
-        let owned = per_point * self.owned(w.len() / per_point);
-        let mut all = vectors::dots(vectors.map(|v| &v[..owned]), &w[..owned]);
+        let mut all = self.dots_here(vectors, w, per_point);
         self.sum_over_ranks(&mut all);
         all
+    }
+
+    /// The same over what is owned here: for [`Self::sum_over_ranks`] together with other sums.
+    pub fn dots_here<'a>(
+        &self,
+        vectors: impl Iterator<Item = &'a [f64]>,
+        w: &[f64],
+        per_point: usize,
+    ) -> Vec<f64> {
+        let owned = per_point * self.owned(w.len() / per_point);
+        vectors::dots(vectors.map(|v| &v[..owned]), &w[..owned])
     }
 
     /// `max_i |a_i|`.

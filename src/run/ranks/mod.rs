@@ -28,8 +28,8 @@ use crate::sheet::{Part, Sheet};
 /// What a rank has of the sheet.
 pub(crate) struct Spread {
     pub(super) part: Part,
-    /// The hash of the whole mesh.
-    pub(super) mesh: String,
+    /// The record of the whole mesh.
+    pub(super) mesh: MeshRecord,
     ranks: usize,
 }
 
@@ -43,9 +43,9 @@ pub(super) struct Share {
 }
 
 impl Spread {
-    pub(super) fn of(whole: &Sheet, part: Part) -> Self {
+    pub(super) fn new(part: Part, mesh: MeshRecord) -> Self {
         let ranks = part.sheet.reduction().distribution().map_or(1, |d| d.communicator.size());
-        Self { part, mesh: MeshRecord::of(whole.rest(), whole.triangles()).sha256, ranks }
+        Self { part, mesh, ranks }
     }
 
     pub(super) fn share(&self) -> Share {
@@ -109,7 +109,7 @@ pub(super) fn piece_folders(ranks: usize) -> Vec<PathBuf> {
     (0..ranks).map(of).collect()
 }
 
-/// What of a state of the whole sheet `part` has.
+/// What `part` has of a state of the sheet that it was cut from.
 pub(super) fn restricted(part: &Part, mut state: State) -> State {
     let mut x = state.x.to_vec();
     part.restrict(&mut x);

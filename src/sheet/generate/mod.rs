@@ -13,6 +13,7 @@ mod density;
 mod domain;
 mod flip;
 mod graph;
+pub(super) mod lattice;
 mod noise;
 mod order;
 mod planar;
@@ -24,6 +25,7 @@ use serde::{Deserialize, Serialize};
 use super::{Sheet, SheetError};
 use domain::Domain;
 pub use graph::Height;
+pub use lattice::Lattice;
 use rumple_numerics::Vec3;
 use rumple_numerics::num::{Short, real};
 
@@ -49,6 +51,14 @@ pub enum Shape {
     },
     /// A flat rectangle around the origin in the plane z = 0, normal +z.
     Rectangle {
+        /// Extent along x.
+        width: f64,
+        /// Extent along y.
+        height: f64,
+    },
+    /// A flat rectangle around the origin in the plane z = 0, normal +z, of rows of nearly equilateral triangles: the
+    /// number of vertices that is nearest, without a seed. A part of it is made without the rest ([`Lattice`]).
+    Lattice {
         /// Extent along x.
         width: f64,
         /// Extent along y.
@@ -117,7 +127,9 @@ impl Shape {
     fn sizes(&self) -> Vec<(&'static str, f64)> {
         match *self {
             Self::Disc { radius } | Self::Sphere { radius, .. } => vec![("radius", radius)],
-            Self::Rectangle { width, height } => vec![("width", width), ("height", height)],
+            Self::Rectangle { width, height } | Self::Lattice { width, height } => {
+                vec![("width", width), ("height", height)]
+            }
             Self::Annulus { inner, outer } => vec![("inner", inner), ("outer", outer)],
             Self::Cylinder { radius, height, .. } | Self::Cap { radius, height } => {
                 vec![("radius", radius), ("height", height)]
@@ -136,9 +148,9 @@ impl Shape {
 
 /// Makes a sheet of about equal edge lengths with `vertices` vertices.
 ///
-/// The number of vertices is met exactly by every shape but the icosphere, which takes the nearest
-/// possible one. The same `seed` gives the same bits on the same machine; different seeds give
-/// different meshes (but for the icosphere).
+/// The number of vertices is met exactly by every shape but the icosphere and the lattice, which take
+/// a near one. The same `seed` gives the same bits on the same machine; different seeds give
+/// different meshes (but for these two).
 ///
 /// # Errors
 /// Sizes that are not positive and finite, an annulus whose hole is not smaller than the disc, and
@@ -150,6 +162,7 @@ pub fn generate(shape: &Shape, vertices: usize, seed: u64) -> Result<Sheet, Shee
         Shape::Rectangle { width, height } => {
             irregular(&planar::rectangle(width, height, vertices)?, vertices, seed)
         }
+        Shape::Lattice { width, height } => Lattice::new([width, height], vertices)?.sheet(),
         Shape::Annulus { inner, outer } => {
             irregular(&planar::annulus(inner, outer, vertices)?, vertices, seed)
         }

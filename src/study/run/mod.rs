@@ -4,6 +4,7 @@ mod begin;
 mod member;
 mod memory;
 mod pool;
+mod rank_job;
 pub mod slurm;
 mod timing;
 
@@ -18,6 +19,7 @@ pub use self::begin::{Runs, Settings, SlurmSettings};
 pub use self::member::member;
 pub use self::memory::{Needs, available};
 pub use self::pool::Pool;
+pub use self::rank_job::RankJob;
 pub use self::timing::Timing;
 use super::gather::states::StateFile;
 use super::gather::{MemberStatus, measure, open_measures, status};

@@ -14,7 +14,7 @@ pub const SCRIPT: &str = "sweep.sbatch";
 pub const LOGS: &str = "slurm";
 const JOB: &str = "job";
 /// Seconds before the end of a time limit at which a member is asked to end.
-const WARNING: u32 = 60;
+pub(super) const WARNING: u32 = 60;
 
 /// An array job of Slurm.
 pub struct Array<'a> {
@@ -37,11 +37,9 @@ impl Array<'_> {
     /// A path or an option with a line end in it.
     pub fn script(&self, members: &[usize]) -> Result<String> {
         let (root, program) = (text(self.root)?, text(&self.program)?);
-        let name = self.plan.scene.file_stem().unwrap_or_default().to_string_lossy();
-        let name: String = name.chars().filter(|c| !c.is_whitespace() && *c != '"').collect();
+        let name = job_name(&self.plan.scene);
         let most = self.jobs.map_or(String::new(), |jobs| format!("%{jobs}"));
-        // In the name of the file a % begins a number of the job.
-        let logs = root.replace('%', "%%").replace('"', "\\\"");
+        let logs = in_file_name(&root);
         let mut lines = vec![
             "#!/bin/sh".to_owned(),
             format!("# A task for every member of the sweep in {root}; written by rumple sweep."),
@@ -55,14 +53,7 @@ impl Array<'_> {
         if let Some(bytes) = self.memory(members) {
             lines.push(format!("#SBATCH --mem={}K", bytes.div_ceil(1024)));
         }
-        for option in self.options {
-            if option.contains(['\n', '\r']) || !option.starts_with('-') {
-                return Err(Error::Refused(format!(
-                    "--slurm-option {option:?}: expected an option of sbatch, as in --slurm-option=--time=1:00:00"
-                )));
-            }
-            lines.push(format!("#SBATCH {option}"));
-        }
+        lines.extend(options(self.options)?);
         // In place of the shell, so that Slurm's signals reach the program.
         lines.push(format!(
             "exec {} sweep member {} \"$SLURM_ARRAY_TASK_ID\"",
@@ -97,27 +88,57 @@ impl Array<'_> {
     /// # Errors
     /// If sbatch is not there, or refuses.
     pub fn submit(&self, path: &Path) -> Result<String> {
-        let out = Command::new("sbatch").arg("--parsable").arg(path).output().map_err(|error| {
-            Error::Refused(format!(
-                "cannot run sbatch: {error}; is this a machine that submits to Slurm? The script is {}",
-                path.display()
-            ))
-        })?;
-        if !out.status.success() {
-            let said = String::from_utf8_lossy(&out.stderr);
-            let mut message = format!("sbatch refuses {}: {}", path.display(), said.trim());
-            if said.to_lowercase().contains("memory") {
-                message += "\nthe script asks for the memory that members took; \
-                            --slurm-option=--mem=0 leaves that to the cluster";
-            }
-            return Err(Error::Refused(message));
-        }
-        // With several clusters the name of one follows.
-        let said = String::from_utf8_lossy(&out.stdout);
-        let job = said.trim().split(';').next().unwrap_or_default().to_owned();
+        let job = submit(path)?;
         atomic::replace(&self.root.join(LOGS).join(JOB), |writer| writeln!(writer, "{job}"))?;
         Ok(job)
     }
+}
+
+/// Submits the script at `path`; the number of the job.
+///
+/// # Errors
+/// If sbatch is not there, or refuses.
+pub fn submit(path: &Path) -> Result<String> {
+    let out = Command::new("sbatch").arg("--parsable").arg(path).output().map_err(|error| {
+        Error::Refused(format!(
+            "cannot run sbatch: {error}; is this a machine that submits to Slurm? The script is {}",
+            path.display()
+        ))
+    })?;
+    if !out.status.success() {
+        let said = String::from_utf8_lossy(&out.stderr);
+        let mut message = format!("sbatch refuses {}: {}", path.display(), said.trim());
+        if said.to_lowercase().contains("memory") {
+            message += "\nthe script asks for the memory that members took; \
+                            --slurm-option=--mem=0 leaves that to the cluster";
+        }
+        return Err(Error::Refused(message));
+    }
+    // With several clusters the name of one follows.
+    let said = String::from_utf8_lossy(&out.stdout);
+    Ok(said.trim().split(';').next().unwrap_or_default().to_owned())
+}
+
+/// The name of a job: that of its scene.
+pub(super) fn job_name(scene: &Path) -> String {
+    let name = scene.file_stem().unwrap_or_default().to_string_lossy();
+    name.chars().filter(|c| !c.is_whitespace() && *c != '"').collect()
+}
+
+/// A path within the quoted name of a file of messages, where a % begins a number of the job.
+pub(super) fn in_file_name(path: &str) -> String {
+    path.replace('%', "%%").replace('"', "\\\"")
+}
+
+/// The lines of a script with more options of sbatch.
+pub(super) fn options(given: &[String]) -> Result<Vec<String>> {
+    let line = |option: &String| match option.contains(['\n', '\r']) || !option.starts_with('-') {
+        true => Err(Error::Refused(format!(
+            "--slurm-option {option:?}: expected an option of sbatch, as in --slurm-option=--time=1:00:00"
+        ))),
+        false => Ok(format!("#SBATCH {option}")),
+    };
+    given.iter().map(line).collect()
 }
 
 /// The job that was submitted for the sweep in `root`, if tasks of it wait or run.
@@ -147,7 +168,7 @@ fn ranges(members: &[usize]) -> String {
 }
 
 /// A path for a line of the script.
-fn text(path: &Path) -> Result<String> {
+pub(super) fn text(path: &Path) -> Result<String> {
     let text = path.to_str().filter(|text| !text.contains(['\n', '\r']));
     text.map(str::to_owned).ok_or_else(|| {
         let what = "has a line break in it, or is not UTF-8; a job script cannot name it";

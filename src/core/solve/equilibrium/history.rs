@@ -71,21 +71,28 @@ impl History {
         let Pair { mut step, mut change, mut products } = std::mem::take(&mut self.spare);
         self.flatten(x.0.len(), |i| x.1[i] - x.0[i], &mut step);
         self.flatten(x.0.len(), |i| gradient.1[i] - gradient.0[i], &mut change);
-        let own = self.dots([step.as_slice(), &change].into_iter(), &change);
-        let (curvature, size) =
-            (own[0], own[1] * self.dots([step.as_slice()].into_iter(), &step)[0]);
+        let is_full = self.pairs.len() == self.longest;
+        let own = [step.as_slice(), &change].into_iter();
+        let steps = self.pairs.iter().skip(usize::from(is_full)).map(|pair| pair.step.as_slice());
+        // One reduction for all.
+        let per_point = if self.planar { 2 } else { 3 };
+        let square = self.reduction.dots_here([step.as_slice()].into_iter(), &step, per_point);
+        let mut all = self.reduction.dots_here(own.chain(steps), &change, per_point);
+        all.extend(square);
+        self.reduction.sum_over_ranks(&mut all);
+        let (curvature, size) = (all[0], all[1] * all.pop().unwrap_or_default());
         if !(curvature > ROUND_OFF * size.sqrt()) {
             self.spare = Pair { step, change, products };
             return;
         }
-        if self.pairs.len() == self.longest {
+        if is_full {
             self.spare = self.pairs.pop_front().unwrap_or_default();
             for pair in &mut self.pairs {
                 pair.products.pop_front();
             }
         }
         products.clear();
-        products.extend(self.dots(self.pairs.iter().map(|pair| pair.step.as_slice()), &change));
+        products.extend(&all[2..]);
         products.push_back(curvature);
         self.pairs.push_back(Pair { step, change, products });
     }

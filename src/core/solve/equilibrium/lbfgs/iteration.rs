@@ -279,8 +279,10 @@ impl Lbfgs {
             let whole: Vec<Vec3> = at.d.iter().map(|d| length * d).collect();
             length *= potential.largest_step(x, &whole);
         }
+        let whole_step = length;
         loop {
-            if (goal.interrupted)() {
+            // The iteration has asked before the first trial.
+            if length < whole_step && (goal.interrupted)() {
                 return Err(SolveError::Interrupted);
             }
             if length < SHORTEST || !length.is_finite() {
