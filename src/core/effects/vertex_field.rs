@@ -21,7 +21,7 @@ pub enum VertexField {
     /// The same whatever the species are.
     Given(Values),
     /// By a formula of species.
-    OfSpecies(SpeciesFormula),
+    OfSpecies(Box<SpeciesFormula>),
 }
 
 impl VertexField {
@@ -78,7 +78,7 @@ impl EffectContext<'_> {
                 help: e.help,
             })?;
             if !formula.species().is_empty() {
-                return Ok(VertexField::OfSpecies(formula));
+                return Ok(VertexField::OfSpecies(Box::new(formula)));
             }
         }
         self.values(field, Location::Vertex, key).map(VertexField::Given)
