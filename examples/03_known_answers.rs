@@ -3,7 +3,7 @@
 //! `cargo run --release --example 03_known_answers`
 //!
 //! takes some minutes. With a name (`plates`, `strips`, `membranes`, `growth`, `cantilevers`, `shells`, `contact`,
-//! `chemistry`, `branches`, `remodelling`) only these.
+//! `chemistry`, `branches`, `remodelling`, `steady`, `active`) only these.
 
 mod known_answers;
 
@@ -11,8 +11,8 @@ use known_answers::chemistry::{CARRIED, FINE};
 use known_answers::plates::Boundary;
 use known_answers::strips::Ends;
 use known_answers::{
-    BOND_HINGE, BOND_MEYER, Outcome, STVK_HINGE, STVK_MEYER, Sample, annulus, branches, caps,
-    chemistry, contact, growth, membranes, plates, remodelling, shells, steady, strips, sze,
+    BOND_HINGE, BOND_MEYER, Outcome, STVK_HINGE, STVK_MEYER, Sample, active, annulus, branches,
+    caps, chemistry, contact, growth, membranes, plates, remodelling, shells, steady, strips, sze,
 };
 
 /// Prints the tables.
@@ -54,6 +54,9 @@ fn main() -> Outcome<()> {
     }
     if wanted("steady") {
         steady_tables()?;
+    }
+    if wanted("active") {
+        active_tables()?;
     }
     Ok(())
 }
@@ -102,6 +105,14 @@ fn remodelling_tables() -> Outcome<()> {
     }
     let samples = over(&[150, 600], |n| remodelling::below_yield(n, STVK_HINGE.stretching, 1.5))?;
     table("V4 tension left below the yield strain", &samples);
+    Ok(())
+}
+
+fn active_tables() -> Outcome<()> {
+    println!("\n## A1, A2: a ring that pulls itself together");
+    let samples = over(&[400, 1600, 6400], |n| active::ring(n, ("quasi-static", active::FINE)))?;
+    table("A1 displacement of the outer boundary", &samples);
+    table("A2 displacement of the outer boundary", &over(&[400, 1600], active::followed)?);
     Ok(())
 }
 

@@ -3,6 +3,7 @@
 //! Every problem is a function of the mesh and the models that returns a [`Sample`]; the example
 //! `03_known_answers` prints tables of them and the tests hold them to their tolerances.
 
+pub mod active;
 pub mod annulus;
 pub mod branches;
 pub mod caps;

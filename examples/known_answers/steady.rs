@@ -40,10 +40,10 @@ use rumple::solve::continuation::{
 use super::{Outcome, Sample};
 
 /// A scene over a number in its text.
-struct Scenes<T: Fn(f64) -> String>(T);
+pub(super) struct Scenes<T: Fn(f64) -> String>(pub(super) T);
 
 impl<T: Fn(f64) -> String> Scenes<T> {
-    fn simulation(&self, parameter: f64) -> Outcome<Simulation> {
+    pub(super) fn simulation(&self, parameter: f64) -> Outcome<Simulation> {
         let scene = Scene::parse(&self.0(parameter), "known_answers", &[])?;
         Ok(Simulation::new(&scene, &Search::in_directories(Vec::new()))?)
     }
@@ -58,7 +58,10 @@ impl<T: Fn(f64) -> String> ReactingFamily for Scenes<T> {
 }
 
 /// All points of the branch that begins where the scene of `ends[0]` does with its shape at rest, near a steady state.
-fn points<T: Fn(f64) -> String>(scenes: Scenes<T>, ends: [f64; 2]) -> Outcome<Vec<Point>> {
+pub(super) fn points<T: Fn(f64) -> String>(
+    scenes: Scenes<T>,
+    ends: [f64; 2],
+) -> Outcome<Vec<Point>> {
     let mut simulation = scenes.simulation(ends[0])?;
     simulation.relax()?;
     let state = simulation.state();

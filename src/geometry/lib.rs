@@ -38,6 +38,8 @@ pub struct Conditions<'a> {
     pub time: f64,
     /// Internal variables, and what laws give, by name; none without an effect that owns some or a law that gives it.
     pub internal: &'a [(&'static str, Vec<f64>)],
+    /// Species at the vertices by their numbers; an empty list for one that no energy reads.
+    pub species: &'a [Vec<f64>],
 }
 
 impl<'a> Conditions<'a> {
@@ -45,6 +47,12 @@ impl<'a> Conditions<'a> {
     #[must_use]
     pub fn internal(&self, name: &str) -> Option<&'a [f64]> {
         self.internal.iter().find(|(known, _)| *known == name).map(|(_, values)| values.as_slice())
+    }
+
+    /// The values of a species at the vertices, of those that an energy says it reads; zeros before there is a state.
+    #[must_use]
+    pub fn species(&self, number: usize) -> &'a [f64] {
+        self.species.get(number).map_or(&[], Vec::as_slice)
     }
 }
 

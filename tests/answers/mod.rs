@@ -4,6 +4,7 @@
 #[path = "../../examples/known_answers/mod.rs"]
 mod known_answers;
 
+mod active;
 mod branches;
 mod cantilevers;
 mod caps;

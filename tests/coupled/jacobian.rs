@@ -190,6 +190,7 @@ fn brought(sheet: &Sheet, location: Location, measure: Measure, tables: &[&str])
         );
         let scene = rumple::scene::Scene::parse(&text, "scene.toml", &[]).unwrap();
         let effect = scene.effects[0].build(&context).unwrap();
+        all.energies.extend(effect.energies);
         all.transports.extend(effect.transports);
         all.held.extend(effect.held);
     }
@@ -340,9 +341,15 @@ fn the_length_factor_of_a_law_has_its_derivatives_along_fibres_too() {
 
 /// A law that gives spontaneous curvature to one of the models of bending.
 fn bent(sheet: &Arc<Sheet>, location: Location, bending: EnergyTerm) -> Arc<Model> {
+    reading(sheet, location, vec![bending])
+}
+
+/// A law with all feedback, and energies that feel it beside stretching.
+fn reading(sheet: &Arc<Sheet>, location: Location, energies: Vec<EnergyTerm>) -> Arc<Model> {
     let stretching = bond(StretchingWeight::OptimalArea);
     let pins = vec![[false; 3]; sheet.vertex_count()];
-    let mechanics = Mechanics::new(Arc::clone(sheet), vec![stretching, bending], pins).unwrap();
+    let energies = std::iter::once(stretching).chain(energies).collect();
+    let mechanics = Mechanics::new(Arc::clone(sheet), energies, pins).unwrap();
     let signals = Signals::new(
         Signal::ALL.to_vec(),
         location,
@@ -380,6 +387,24 @@ fn the_jacobian_is_exact_for_spontaneous_curvatures_of_a_law() {
                 assert!(rates < 1e-6, "{name}, {location:?}, {k}: {rates:e}");
                 assert!(forces < 1e-6, "{name}, {location:?}, {k}: {forces:e}");
             }
+        }
+    }
+}
+
+#[test]
+fn the_jacobian_is_exact_for_energies_that_read_species() {
+    let sheet = Arc::new(irregular(8, 7, 0.2));
+    let tables = [
+        "kind = 'active-tension'\nvalue = '0.3 + a*b + 0.1*x'\nramp = { formula = '1 + t' }",
+        "kind = 'active-tension'\nvalue = 'sin(b)'\nfibre = [1, 'y', 0.2]",
+    ];
+    for location in [Location::Vertex, Location::Face] {
+        for (k, read) in [&tables[..1], &tables[1..], &tables[..]].into_iter().enumerate() {
+            let Effect { energies, .. } = brought(&sheet, location, Measure::Concentration, read);
+            let model = reading(&sheet, location, energies);
+            let [forces, rates] = deviations(&model, &state(&sheet, location));
+            assert!(forces < 1e-6, "{location:?}, {k}: {forces:e}");
+            assert!(rates < 1e-6, "{location:?}, {k}: {rates:e}");
         }
     }
 }

@@ -7,7 +7,8 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use rumple::effects::{
-    Axes, Bending, Diffusion, DiffusionMetric, Material, Pin, Pressure, Region, Stretching,
+    ActiveTension, Axes, Bending, Diffusion, DiffusionMetric, Field, Material, Pin, Pressure,
+    Region, Stretching,
 };
 use rumple::kinetics::Feedback;
 use rumple::kinetics::formula::{FormulaKinetics, Law};
@@ -120,6 +121,7 @@ fn problem(sheet: Sheet, method: &str, policy: Policy) -> Problem<'static> {
         .effect(Stretching::default())
         .effect(Bending::default())
         .effect(Pressure { value: Finite::ONE, ramp: None })
+        .effect(ActiveTension { value: Field::Formula("5*c".into()), fibre: None, ramp: None })
         .effect(Pin {
             region: Region::Boundary,
             axes: Axes([true; 3]),

@@ -14,6 +14,7 @@ mod planted;
 mod pressed;
 mod problem;
 mod proximity;
+mod reading;
 mod registered;
 mod running;
 mod separated;

@@ -148,7 +148,7 @@ fn report(kind: &str, table: &str, closed: bool, location: Location) -> Report {
 }
 
 /// As a scene reads it.
-fn read(kind: &str, table: &str) -> Box<dyn EffectSpec> {
+pub(super) fn read(kind: &str, table: &str) -> Box<dyn EffectSpec> {
     let text = format!(
         "sheet = {{ shape = 'disc', radius = 1.0, vertices = 50 }}\ntime = {{ until = 1.0 }}\n\
          material = {{ young = 1.0, poisson = 0.3, thickness = 0.1 }}\n\

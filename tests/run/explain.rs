@@ -43,6 +43,9 @@ fn each_effect_is_explained_with_its_place() {
     }
     assert!(has(&all, "laws and signals", &["mean_curvature", "[kinetics], line"]), "{all}");
     assert!(has(&all, "not in this scene", &["volume", "pressure"]), "{all}");
+    let tension =
+        "effect=[{ kind = \"stretching\" }, { kind = \"active-tension\", value = \"c\" }]";
+    assert!(has(&explained(&[tension]), "effects", &["active-tension", "reads c"]), "{all}");
     assert!(has(&all, "not in this scene", &["[stability] is absent"]), "{all}");
     assert!(!has(&all, "solvers", &["Woodbury"]), "{all}");
 }

@@ -162,6 +162,21 @@ fn a_scene_that_keeps_all_laws_and_one_that_lists_none() {
     assert!((a[0] - a[a.len() - 1]).abs() > 0.01 * largest);
 }
 
+/// What a species does by the tension that it sets is neither growth nor a load.
+#[test]
+fn the_work_of_species_is_in_the_balance_of_the_energy() {
+    let tension = "[[effect]]\nkind = \"active-tension\"\nvalue = \"20*a\"\n[[effect]]\nkind = \"stretching\"";
+    let scene = FREE.replacen("[[effect]]\nkind = \"stretching\"", tension, 1);
+    assert!(scene.contains("active-tension"));
+    for policy in ["simultaneous", "quasi-static"] {
+        let ledger = kept(&scene, "energy = 1e-2", &[&format!("time.policy={policy:?}")]);
+        let work = ledger.last("work of species [energy]");
+        let energy = ledger.column("total energy [energy]");
+        let fall = energy[0] - energy[energy.len() - 1];
+        assert!(work.abs() > 0.1 * fall.abs() && work != 0.0, "{policy}: {work} of {fall}");
+    }
+}
+
 /// Policies and shapes for which all of it holds as well.
 #[test]
 fn laws_hold_under_every_policy_on_open_and_closed_sheets() {

@@ -11,7 +11,7 @@ use crate::common::Noise;
 use crate::plugins::build;
 
 /// One of every kind of thing that is remembered: a factor, velocities, a library's, nothing.
-const CASES: [(&str, &[&str]); 7] = [
+const CASES: [(&str, &[&str]); 8] = [
     ("one file", &["output.format=\"vtkhdf\"", "output.every=0.01", "time.until=0.3"]),
     ("quasi-static", &["time.until=0.3"]),
     ("simultaneous", &["time.policy=\"simultaneous\"", "material.drag=10", "time.until=0.3"]),
@@ -21,6 +21,15 @@ const CASES: [(&str, &[&str]); 7] = [
             "effect=[{ kind = \"stretching\" }, { kind = \"bending\", model = \"hinge\", remodelling = { time = 0.1 } }, \
              { kind = \"pin\", where = \"rim\", axes = \"z\" }, { kind = \"remodelling\", time = 0.2 }]",
             "output.fields=[\"length_remodelling\", \"angle_remodelling\"]",
+            "time.until=0.3",
+        ],
+    ),
+    (
+        "tension by a species",
+        &[
+            "effect=[{ kind = \"stretching\" }, { kind = \"bending\" }, { kind = \"pin\", where = \"rim\", axes = \"z\" }, \
+             { kind = \"active-tension\", value = \"2e4*c\" }]",
+            "invariants.energy=1.0",
             "time.until=0.3",
         ],
     ),

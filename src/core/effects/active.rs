@@ -18,11 +18,18 @@
 //! The positive part has the first where τ > 0, and of γ A, where γ > 0, what acts along N: `γ/(4A) (e_k·e_m) N⊗N`.
 //! No energy of its own resists: a sheet without stretching collapses.
 //!
-//! `value` is a number, or a formula of the rest position, and a ramp its factor in time. Reference: e.g. Ambrosi & Pezzuto,
-//! *Active stress vs. active strain in mechanobiology*, J. Elasticity 107 (2012) 199, doi:10.1007/s10659-011-9351-4. Not
-//! covered: tension that depends on species, or on the stretch of fibres.
+//! `value` is a field at the vertices, whose mean a triangle has, and a ramp its factor in time. Its formula may read species c,
+//! which are constant in a relaxation; the forces then change with them by
+//!
+//! ```text
+//! ∂²U/∂x_k∂c_v = ⅓ τ'(c_v) A⁰ g_k n,   ⅓ γ'(c_v) ½ N × e_k       v a corner of the triangle
+//! ```
+//!
+//! Reference: e.g. Ambrosi & Pezzuto, *Active stress vs. active strain in mechanobiology*, J. Elasticity 107 (2012) 199,
+//! doi:10.1007/s10659-011-9351-4. Not covered: tension that depends on the stretch of fibres.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
@@ -30,10 +37,10 @@ use super::field::named;
 use super::ramp::Factor;
 use super::{
     Effect, EffectContext, EffectError, EffectSpec, Element, Elements, Fibre, Field, HessianPart,
-    Ramp,
+    Ramp, Values, VertexField,
 };
 use crate::Vec3;
-use crate::kinetics::Location;
+use crate::geometry::Conditions;
 use crate::linear::Block;
 use crate::sheet::Sheet;
 
@@ -41,7 +48,7 @@ use crate::sheet::Sheet;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ActiveTension {
-    /// γ or τ, force per length; positive contracts.
+    /// γ or τ, force per length; positive contracts. A formula may read species.
     pub value: Field,
     /// The direction of τ; without it the tension is γ, in all directions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -70,25 +77,69 @@ impl EffectSpec for ActiveTension {
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
-        let sheet = context.sheet;
         let factor = Factor::new(self.ramp.as_ref())?;
-        let at_vertices = context.values(&self.value, Location::Vertex, "value")?;
-        let mean = |t: &[u32; 3]| t.iter().map(|v| at_vertices.at(*v as usize)).sum::<f64>() / 3.0;
-        let tension: Vec<f64> = sheet.triangles().iter().map(mean).collect();
         let fibres = self.fibre.as_ref().map(|fibre| fibre.in_triangles(context)).transpose()?;
-        let pulls = pulls(sheet, &tension, fibres.as_deref());
-        let (changes, largest) = (factor.changes(), factor.largest());
-        let applied = largest * largest_force(sheet, &pulls);
-        let make = move |conditions: &crate::geometry::Conditions<'_>, t: usize| {
-            pulls[t].times(factor.at(conditions.time))
+        let units = units(context.sheet, fibres.as_deref());
+        let changes = factor.changes();
+        let elements = match context.vertex_field(&self.value, "value")? {
+            VertexField::Given(values) => given(context.sheet, units, &values, factor),
+            field @ VertexField::OfSpecies(_) => of_species(context.sheet, units, field, factor),
         };
-        let elements = Elements::new("active-tension", sheet, sheet.triangles().to_vec(), make)
-            .with_applied_force(applied);
         Ok(Effect::energy(if changes { elements.depending_on_time() } else { elements }))
     }
 }
 
 crate::register_kind!(dyn EffectSpec, "active-tension", ActiveTension);
+
+/// Tensions that no species change, of triangles with these `units`.
+fn given(sheet: &Sheet, units: Vec<Pull>, values: &Values, factor: Factor) -> Elements<3, Pull> {
+    let mut pulls = units;
+    for (pull, corners) in pulls.iter_mut().zip(sheet.triangles()) {
+        *pull = pull.times(mean(corners, |v| values.at(v)));
+    }
+    let applied = factor.largest() * largest_force(sheet, &pulls);
+    let make =
+        move |conditions: &Conditions<'_>, t: usize| pulls[t].times(factor.at(conditions.time));
+    Elements::new("active-tension", sheet, sheet.triangles().to_vec(), make)
+        .with_applied_force(applied)
+}
+
+/// Tensions by a formula of species.
+fn of_species(
+    sheet: &Sheet,
+    units: Vec<Pull>,
+    field: VertexField,
+    factor: Factor,
+) -> Elements<3, Pull> {
+    let read = field.species().to_vec();
+    let shared = Arc::new((units, field, factor));
+    let of = Arc::clone(&shared);
+    let make = move |conditions: &Conditions<'_>, into: &mut Vec<Pull>| {
+        let (units, field, factor) = &*of;
+        let (factor, values) = (factor.at(conditions.time), field.at(conditions));
+        let all = units.iter().zip(conditions.sheet.triangles());
+        into.extend(
+            all.map(|(unit, corners)| unit.times(factor * mean(corners, |v| values.at(v)))),
+        );
+    };
+    let corners = sheet.triangles().to_vec();
+    let elements = Elements::at_once("active-tension", sheet, corners, make);
+    read.into_iter().enumerate().fold(elements, |elements, (k, species)| {
+        let of = Arc::clone(&shared);
+        elements.reading(species, move |conditions| {
+            let (units, field, factor) = &*of;
+            let (third, slopes) = (factor.at(conditions.time) / 3.0, field.slopes(conditions));
+            let all = units.iter().zip(conditions.sheet.triangles());
+            all.map(|(unit, corners)| corners.map(|v| unit.times(third * slopes[k][v as usize])))
+                .collect()
+        })
+    })
+}
+
+/// The mean of the values at the corners.
+fn mean(corners: &[u32; 3], at: impl Fn(usize) -> f64) -> f64 {
+    corners.iter().map(|v| at(*v as usize)).sum::<f64>() / 3.0
+}
 
 /// The tension of one triangle.
 #[derive(Debug, Clone, Copy)]
@@ -108,10 +159,10 @@ impl Pull {
     }
 }
 
-/// The tensions of all triangles, along fibres where there are any.
-fn pulls(sheet: &Sheet, tension: &[f64], fibres: Option<&[Vec3]>) -> Vec<Pull> {
+/// A tension of 1 in all triangles, along fibres where there are any.
+fn units(sheet: &Sheet, fibres: Option<&[Vec3]>) -> Vec<Pull> {
     let of = |(t, corners): (usize, &[u32; 3])| {
-        let Some(fibres) = fibres else { return Pull::Area(tension[t]) };
+        let Some(fibres) = fibres else { return Pull::Area(1.0) };
         let x = corners.map(|v| sheet.rest()[v as usize]);
         let normal = (x[1] - x[0]).cross(&(x[2] - x[0]));
         let twice_area = normal.norm();
@@ -120,7 +171,7 @@ fn pulls(sheet: &Sheet, tension: &[f64], fibres: Option<&[Vec3]>) -> Vec<Pull> {
             let edge = x[(k + 2) % 3] - x[(k + 1) % 3];
             (normal / twice_area).cross(&edge).dot(&fibres[t]) / twice_area
         };
-        Pull::Fibre(0.5 * twice_area * tension[t], [0, 1, 2].map(gradient))
+        Pull::Fibre(0.5 * twice_area, [0, 1, 2].map(gradient))
     };
     sheet.triangles().iter().enumerate().map(of).collect()
 }

@@ -146,14 +146,20 @@ pub struct Elements<const K: usize, E> {
     corners: Vec<[u32; K]>,
     incident: Incidence,
     make: Box<Make<E>>,
+    species: Vec<usize>,
+    /// One for each of the species.
+    slopes: Vec<Box<Slopes<K, E>>>,
     timed: bool,
     coupling: Coupling,
     force_scale: f64,
     applied_force: f64,
 }
 
-/// Makes element number e under given optimal lengths and at a given time.
-type Make<E> = dyn Fn(&Conditions<'_>, usize) -> E + Send + Sync;
+/// Makes all elements under given optimal lengths and species and at a given time.
+type Make<E> = dyn Fn(&Conditions<'_>, &mut Vec<E>) + Send + Sync;
+
+/// Makes `∂u_e/∂c` of all elements by the values of a species at their corners.
+type Slopes<const K: usize, E> = dyn Fn(&Conditions<'_>) -> Vec<[E; K]> + Send + Sync;
 
 impl<const K: usize, E: Element<K>> Elements<K, E> {
     /// Elements between the vertices `corners` of `sheet`, which must be neighbours of one another or
@@ -164,6 +170,20 @@ impl<const K: usize, E: Element<K>> Elements<K, E> {
         sheet: &Sheet,
         corners: Vec<[u32; K]>,
         make: impl Fn(&Conditions<'_>, usize) -> E + Send + Sync + 'static,
+    ) -> Self {
+        let count = corners.len();
+        Self::at_once(name, sheet, corners, move |conditions, into| {
+            into.extend((0..count).map(|e| make(conditions, e)));
+        })
+    }
+
+    /// The same, where `make` adds the parameters of all elements in their order: what they have in common is evaluated once.
+    #[must_use]
+    pub fn at_once(
+        name: &str,
+        sheet: &Sheet,
+        corners: Vec<[u32; K]>,
+        make: impl Fn(&Conditions<'_>, &mut Vec<E>) + Send + Sync + 'static,
     ) -> Self {
         let triples = corners.iter().enumerate().flat_map(|(e, corner)| {
             corner.iter().enumerate().map(move |(k, v)| (*v, index(e), index(k)))
@@ -180,10 +200,32 @@ impl<const K: usize, E: Element<K>> Elements<K, E> {
         } else {
             Coupling::TWO_RINGS
         };
-        let make = Box::new(make);
-        let name = name.to_owned();
-        let (timed, force_scale, applied_force) = (false, 0.0, 0.0);
-        Self { name, corners, incident, make, timed, coupling, force_scale, applied_force }
+        Self {
+            name: name.to_owned(),
+            corners,
+            incident,
+            make: Box::new(make),
+            species: Vec::new(),
+            slopes: Vec::new(),
+            timed: false,
+            coupling,
+            force_scale: 0.0,
+            applied_force: 0.0,
+        }
+    }
+
+    /// The same, with parameters that depend on the values of species number `species` at the corners. `slopes` gives
+    /// `∂u_e/∂c` by the value at each corner of each element, which is an element again: one whose gradient is the mixed
+    /// derivative `∂²u_e/∂x∂c`.
+    #[must_use]
+    pub fn reading(
+        mut self,
+        species: usize,
+        slopes: impl Fn(&Conditions<'_>) -> Vec<[E; K]> + Send + Sync + 'static,
+    ) -> Self {
+        self.species.push(species);
+        self.slopes.push(Box::new(slopes));
+        self
     }
 
     /// The same, with parameters that depend on time.
@@ -240,7 +282,31 @@ impl<const K: usize, E: Element<K> + 'static> Energy for Elements<K, E> {
 
     fn prepare(&self, conditions: &Conditions<'_>, work: &mut Self::Work) {
         work.element.clear();
-        work.element.extend((0..self.corners.len()).map(|e| (self.make)(conditions, e)));
+        (self.make)(conditions, &mut work.element);
+    }
+
+    fn species(&self) -> &[usize] {
+        &self.species
+    }
+
+    fn species_derivatives(
+        &self,
+        shape: &Shape<'_>,
+        conditions: &Conditions<'_>,
+        _: &mut Self::Work,
+        emit: &mut dyn FnMut(usize, (usize, usize), Vec3),
+    ) {
+        for (s, slopes) in self.species.iter().zip(&self.slopes) {
+            for (corners, by) in self.corners.iter().zip(slopes(conditions)) {
+                let x = corners.map(|v| shape.x[v as usize]);
+                for (v, by) in corners.iter().zip(by) {
+                    let (_, pull) = by.gradient(&x);
+                    for (i, pull) in corners.iter().zip(pull) {
+                        emit(*i as usize, (*s, *v as usize), pull);
+                    }
+                }
+            }
+        }
     }
 
     fn evaluate(

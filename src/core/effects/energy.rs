@@ -1,6 +1,9 @@
 //! What an energy is.
 
-use std::any::Any;
+mod term;
+
+pub use term::EnergyTerm;
+pub(crate) use term::{AnyEnergy, Work};
 
 use serde::{Deserialize, Serialize};
 
@@ -70,10 +73,10 @@ pub struct Separation {
     pub moved: f64,
 }
 
-/// An effect with an energy `U(x; l̄, t)`: positions x, optimal lengths l̄, time t.
+/// An effect with an energy `U(x; l̄, c, t)`: positions x, optimal lengths l̄, species c that it reads, time t.
 ///
 /// It is immutable. An evaluation hands it `work`, memory of a type of its own that it may use as it
-/// likes; what [`Energy::prepare`] has left there belongs to the conditions (l̄, t) of all calls until it
+/// likes; what [`Energy::prepare`] has left there belongs to the conditions (l̄, c, t) of all calls until it
 /// is called again. An energy that is a sum over small elements is most easily made of an
 /// [`Element`](super::Element).
 pub trait Energy: Send + Sync + 'static {
@@ -91,7 +94,13 @@ pub trait Energy: Send + Sync + 'static {
         false
     }
 
-    /// Evaluates what depends on optimal lengths and time alone. Called before the first evaluation, and
+    /// Numbers of the species that it reads ([`Conditions::species`]): values at the vertices, as constant in a relaxation
+    /// as optimal lengths are. [`EffectContext::species`](super::EffectContext::species) has the number of a name.
+    fn species(&self) -> &[usize] {
+        &[]
+    }
+
+    /// Evaluates what depends on optimal lengths, species and time alone. Called before the first evaluation, and
     /// whenever these change.
     fn prepare(&self, _conditions: &Conditions<'_>, _work: &mut Self::Work) {}
 
@@ -194,6 +203,19 @@ pub trait Energy: Send + Sync + 'static {
     ) {
     }
 
+    /// Hands all `∂²U/∂x_i∂c_v` of species that it reads that can be different from zero to `emit` as (i, (species, v),
+    /// vector): how the forces change with the value of a species at vertex v. Which come in which order depends on the sheet
+    /// alone; one may come more than once, and then counts as the sum. The conditions are those of the last
+    /// [`Energy::prepare`].
+    fn species_derivatives(
+        &self,
+        _shape: &Shape<'_>,
+        _conditions: &Conditions<'_>,
+        _work: &mut Self::Work,
+        _emit: &mut dyn FnMut(usize, (usize, usize), Vec3),
+    ) {
+    }
+
     /// Size of the force on a vertex at unit strain, for tolerances; 0 if it has none.
     fn force_scale(&self, _conditions: &Conditions<'_>) -> f64 {
         0.0
@@ -203,188 +225,5 @@ pub trait Energy: Send + Sync + 'static {
     /// none is.
     fn applied_force(&self) -> f64 {
         0.0
-    }
-}
-
-/// An energy of any type, as a model holds it.
-pub struct EnergyTerm(Box<dyn AnyEnergy>);
-
-impl std::fmt::Debug for EnergyTerm {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_tuple("EnergyTerm").field(&self.name()).finish()
-    }
-}
-
-impl EnergyTerm {
-    /// Holds `energy`.
-    #[must_use]
-    pub fn new(energy: impl Energy) -> Self {
-        Self(Box::new(energy))
-    }
-}
-
-impl std::ops::Deref for EnergyTerm {
-    type Target = dyn AnyEnergy;
-
-    fn deref(&self) -> &Self::Target {
-        self.0.as_ref()
-    }
-}
-
-/// Memory of an [`EnergyTerm`].
-pub type Work = Box<dyn Any + Send>;
-
-/// [`Energy`] with its memory behind a pointer; each method is the one of the same name.
-#[allow(missing_docs)]
-pub trait AnyEnergy: Send + Sync {
-    fn work(&self) -> Work;
-    fn name(&self) -> &str;
-    fn coupling(&self) -> Coupling;
-    fn depends_on_time(&self) -> bool;
-    fn prepare(&self, conditions: &Conditions<'_>, work: &mut Work);
-    fn evaluate(&self, shape: &Shape<'_>, work: &mut Work, gradient: Option<&mut [Vec3]>) -> f64;
-    fn add_hessian(
-        &self,
-        shape: &Shape<'_>,
-        work: &mut Work,
-        part: HessianPart,
-        into: &mut BlockMatrix,
-    );
-    fn pairs(&self, shape: &Shape<'_>, work: &mut Work, pairs: &mut Vec<[u32; 2]>);
-    fn low_rank(
-        &self,
-        shape: &Shape<'_>,
-        work: &mut Work,
-        part: HessianPart,
-        terms: &mut Vec<LowRank>,
-    );
-    fn largest_step(&self, from: &Shape<'_>, work: &mut Work, direction: &[Vec3]) -> f64;
-    fn lets_pass(&self, from: &Shape<'_>, work: &mut Work, to: (&[Vec3], f64)) -> bool;
-    fn is_contact(&self) -> bool;
-    fn touching(&self, shape: &Shape<'_>, work: &mut Work) -> Touching;
-    fn refuses(&self, shape: &Shape<'_>, work: &mut Work) -> Option<String>;
-    fn separate(&self, shape: &Shape<'_>, work: &mut Work, pins: &Pins) -> Option<Separation>;
-    fn metric_derivatives(
-        &self,
-        shape: &Shape<'_>,
-        work: &mut Work,
-        emit: &mut dyn FnMut(usize, usize, Vec3),
-    );
-    fn curvature_derivatives(
-        &self,
-        shape: &Shape<'_>,
-        work: &mut Work,
-        emit: &mut dyn FnMut(usize, usize, Vec3),
-    );
-    fn force_scale(&self, conditions: &Conditions<'_>) -> f64;
-    fn applied_force(&self) -> f64;
-}
-
-/// The memory as the type that it was made with. Memory of another energy is replaced by new: it can
-/// hold nothing that this one has prepared.
-fn own<W: Default + Send + 'static>(work: &mut Work) -> &mut W {
-    if !work.is::<W>() {
-        *work = Box::new(W::default());
-    }
-    work.downcast_mut().unwrap_or_else(|| unreachable!("it was just made of this type"))
-}
-
-impl<E: Energy> AnyEnergy for E {
-    fn work(&self) -> Work {
-        Box::new(E::Work::default())
-    }
-
-    fn name(&self) -> &str {
-        Energy::name(self)
-    }
-
-    fn coupling(&self) -> Coupling {
-        Energy::coupling(self)
-    }
-
-    fn depends_on_time(&self) -> bool {
-        Energy::depends_on_time(self)
-    }
-
-    fn prepare(&self, conditions: &Conditions<'_>, work: &mut Work) {
-        Energy::prepare(self, conditions, own(work));
-    }
-
-    fn evaluate(&self, shape: &Shape<'_>, work: &mut Work, gradient: Option<&mut [Vec3]>) -> f64 {
-        Energy::evaluate(self, shape, own(work), gradient)
-    }
-
-    fn add_hessian(
-        &self,
-        shape: &Shape<'_>,
-        work: &mut Work,
-        part: HessianPart,
-        into: &mut BlockMatrix,
-    ) {
-        Energy::add_hessian(self, shape, own(work), part, into);
-    }
-
-    fn pairs(&self, shape: &Shape<'_>, work: &mut Work, pairs: &mut Vec<[u32; 2]>) {
-        Energy::pairs(self, shape, own(work), pairs);
-    }
-
-    fn low_rank(
-        &self,
-        shape: &Shape<'_>,
-        work: &mut Work,
-        part: HessianPart,
-        terms: &mut Vec<LowRank>,
-    ) {
-        Energy::low_rank(self, shape, own(work), part, terms);
-    }
-
-    fn largest_step(&self, from: &Shape<'_>, work: &mut Work, direction: &[Vec3]) -> f64 {
-        Energy::largest_step(self, from, own(work), direction)
-    }
-
-    fn lets_pass(&self, from: &Shape<'_>, work: &mut Work, to: (&[Vec3], f64)) -> bool {
-        Energy::lets_pass(self, from, own(work), to)
-    }
-
-    fn is_contact(&self) -> bool {
-        Energy::is_contact(self)
-    }
-
-    fn touching(&self, shape: &Shape<'_>, work: &mut Work) -> Touching {
-        Energy::touching(self, shape, own(work))
-    }
-
-    fn refuses(&self, shape: &Shape<'_>, work: &mut Work) -> Option<String> {
-        Energy::refuses(self, shape, own(work))
-    }
-
-    fn separate(&self, shape: &Shape<'_>, work: &mut Work, pins: &Pins) -> Option<Separation> {
-        Energy::separate(self, shape, own(work), pins)
-    }
-
-    fn metric_derivatives(
-        &self,
-        shape: &Shape<'_>,
-        work: &mut Work,
-        emit: &mut dyn FnMut(usize, usize, Vec3),
-    ) {
-        Energy::metric_derivatives(self, shape, own(work), emit);
-    }
-
-    fn curvature_derivatives(
-        &self,
-        shape: &Shape<'_>,
-        work: &mut Work,
-        emit: &mut dyn FnMut(usize, usize, Vec3),
-    ) {
-        Energy::curvature_derivatives(self, shape, own(work), emit);
-    }
-
-    fn force_scale(&self, conditions: &Conditions<'_>) -> f64 {
-        Energy::force_scale(self, conditions)
-    }
-
-    fn applied_force(&self) -> f64 {
-        Energy::applied_force(self)
     }
 }

@@ -38,6 +38,7 @@ mod remodelling;
 mod spec;
 mod stretching;
 mod transport;
+mod vertex_field;
 mod volume;
 
 pub use active::ActiveTension;
@@ -81,6 +82,7 @@ pub use stretching::{
 };
 pub(crate) use transport::Operator;
 pub use transport::{Transport, TransportTerm};
+pub use vertex_field::VertexField;
 pub use volume::{EnclosedVolume, Volume, VolumeTarget};
 
 pub use crate::linear::{Block, BlockMatrix};

@@ -9,7 +9,7 @@ pub use typetag;
 pub use super::{
     Block, BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Elasticity,
     Element, Elements, Energy, Factor, Field, HessianPart, Internal, LowRank, Material, Measure,
-    Needs, Ramp, Region, Transport, Values,
+    Needs, Ramp, Region, Transport, Values, VertexField,
 };
 pub use crate::Vec3;
 pub use crate::geometry::{Conditions, Shape, lumped_areas};

@@ -10,6 +10,7 @@ use crate::Vec3;
 use crate::effects::{EnergyTerm, HessianPart, LowRank, SPONTANEOUS_CURVATURE};
 use crate::linear::BlockMatrix;
 use crate::model::{Mechanics, ModelError, Potential};
+use crate::num::real;
 use crate::sheet::Sheet;
 
 /// Everything about one energy, or about what must be zero.
@@ -32,6 +33,9 @@ pub(super) fn of_energy(
         (0..sheet.edges().len()).map(|e| if e % 2 == 0 { 1.03 } else { 0.98 }).collect();
     let mut fault = |what: String| report.faults.push(format!("{name}: {what}"));
 
+    for &s in mechanics.species() {
+        potential.set_species(s, species_at(n, s, 0.0));
+    }
     potential.set_conditions(None, 0.0);
     let (energy, force) = energy_and_gradient(&mut potential, &at_rest);
     let (there, there_force) = energy_and_gradient(&mut potential, &x);
@@ -70,6 +74,9 @@ pub(super) fn of_energy(
         positive_part(&mut potential, &x, &directions, &mut fault);
         by_lengths(&mut potential, (&x, time), &uneven, &mut fault);
         by_curvature(&mut potential, (&x, time), &uneven, &mut fault);
+        for &s in mechanics.species() {
+            by_species(&mut potential, (&x, time), s, &mut fault);
+        }
         if bits(&mut potential, &x, 1) != bits(&mut potential, &x, 3) {
             fault("energy or forces depend on the number of threads".into());
         }
@@ -265,6 +272,45 @@ fn by_curvature(
     }
     potential.set_fields(std::iter::empty());
     potential.set_conditions(Some(factor), time);
+}
+
+/// Values of species number `s` at `n` vertices, `step` further along a change of all.
+fn species_at(n: usize, s: usize, step: f64) -> Vec<f64> {
+    let change = |v: usize| if v.is_multiple_of(3) { 1.0 } else { -0.4 };
+    (0..n).map(|v| 0.4 + 0.1 * real(s) - 0.1 * change(v) + step * change(v)).collect()
+}
+
+/// The derivatives of the gradient by a species that it reads.
+fn by_species(
+    potential: &mut Potential,
+    (x, time): (&[Vec3], f64),
+    s: usize,
+    fault: &mut impl FnMut(String),
+) {
+    // The unit of the step is the change of values.
+    let [first, last] = [0.0, 1.0].map(|step| species_at(x.len(), s, step));
+    let change: Vec<f64> = first.iter().zip(&last).map(|(a, b)| b - a).collect();
+    let mut exact = vec![Vec3::zeros(); x.len()];
+    potential.species_derivatives(x, &mut |i, (species, v), by| {
+        if species == s {
+            exact[i] += change[v] * by;
+        }
+    });
+    let mut at = |step: f64| {
+        potential.set_species(s, species_at(x.len(), s, step));
+        potential.set_conditions(None, time);
+        energy_and_gradient(potential, x).1
+    };
+    let deviation = match finite(&exact) {
+        true => deviation(&exact, &mut at),
+        false => Some(f64::INFINITY),
+    };
+    if let Some(relative) = deviation {
+        fault(format!(
+            "the derivatives of the forces by species number {s} differ from differences by {relative:.1e} (relative; time \
+             {time})"
+        ));
+    }
 }
 
 /// The relative error of `exact` against the central difference of what `at` gives a step further, if it is too large.

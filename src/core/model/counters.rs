@@ -14,10 +14,11 @@ pub(super) mod energy {
     pub(in crate::model) const LOW_RANK: usize = 5;
     pub(in crate::model) const PAIRS: usize = 6;
     pub(in crate::model) const STEPS: usize = 7;
+    pub(in crate::model) const SPECIES: usize = 8;
 
     /// Whether it hands out what it allocates.
     pub(in crate::model) fn gives(what: usize) -> bool {
-        matches!(what, LOW_RANK | PAIRS | LENGTHS)
+        matches!(what, LOW_RANK | PAIRS | LENGTHS | SPECIES)
     }
 
     /// Whether an energy with this coupling is asked for it.
@@ -40,6 +41,7 @@ const ENERGIES: &[&str] = &[
     "low-rank terms",
     "pairs",
     "step limits",
+    "derivatives by species",
 ];
 
 /// What is counted of a transport.

@@ -7,7 +7,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::Model;
-use super::chemistry::{Chemistry, SignalColumns, Surface};
+use super::chemistry::{Chemistry, SignalColumns, Surface, at_vertices};
 use super::counters;
 use super::error::ModelError;
 use super::potential::Potential;
@@ -112,6 +112,7 @@ impl<'a> Evaluation<'a> {
             if !self.memory.potential.as_ref().is_some_and(fits) {
                 self.memory.potential = Some(Potential::new(mechanics));
             }
+            self.set_species();
             let set = self.set_conditions(factor.as_deref(), curvature.as_ref());
             ModelError::agreed(reduction, set)?;
             if let Some(potential) = &mut self.memory.potential {
@@ -120,6 +121,23 @@ impl<'a> Evaluation<'a> {
             self.known.potential = true;
         }
         Ok(self.memory.potential.get_or_insert_with(|| Potential::new(mechanics)))
+    }
+
+    /// Carries the species that energies read to the vertices.
+    fn set_species(&mut self) {
+        let Some(chemistry) = self.model.chemistry() else { return };
+        let read = self.model.mechanics().species();
+        if read.is_empty() {
+            return;
+        }
+        self.average(chemistry);
+        let (sheet, species) = (self.model.sheet(), &self.state.species);
+        let Memory { potential, surface, .. } = &mut *self.memory;
+        let Some(potential) = potential else { return };
+        for &s in read {
+            let values = at_vertices(sheet, surface.average.as_ref(), &species[s]);
+            potential.set_species(s, values);
+        }
     }
 
     fn set_conditions(

@@ -1,5 +1,6 @@
 //! The mechanical half of a model: the energies that a scene lists, and the directions it fixes.
 
+use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
@@ -25,6 +26,7 @@ pub struct Mechanics {
     prescribed: Vec<Prescribed>,
     constraints: Vec<EnergyTerm>,
     constraint_names: Vec<String>,
+    species: Vec<usize>,
     /// Whether no vertex moves along z.
     planar: bool,
     /// The vertices with pins.
@@ -91,6 +93,8 @@ impl Mechanics {
         let pinned = (0..pins.len()).filter(|&i| pins[i].contains(&true)).collect();
         let names = numbered(terms.iter().map(|e| e.name()));
         let constraint_names = numbered(constraints.iter().map(|e| e.name()));
+        let read = terms.iter().chain(&constraints).flat_map(|term| term.species());
+        let read: BTreeSet<usize> = read.copied().collect();
         let pattern = OnceLock::new();
         let meters = names.iter().map(|name| counters::of_energy(&tally, name)).collect();
         Ok(Arc::new(Self {
@@ -102,6 +106,7 @@ impl Mechanics {
             prescribed,
             constraints,
             constraint_names,
+            species: read.into_iter().collect(),
             planar,
             pinned,
             pattern,
@@ -256,6 +261,12 @@ impl Mechanics {
     #[must_use]
     pub fn depends_on_time(&self) -> bool {
         self.all().any(|term| term.depends_on_time())
+    }
+
+    /// Numbers of the species that energies read, ascending.
+    #[must_use]
+    pub fn species(&self) -> &[usize] {
+        &self.species
     }
 
     /// Whether an effect couples pairs of vertices that depend on the shape.

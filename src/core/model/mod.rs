@@ -238,13 +238,15 @@ impl Model {
             && !self.chemistry.as_ref().is_some_and(factor)
     }
 
-    /// Whether optimal lengths or spontaneous curvatures depend on the shape: species on faces that set them are carried
-    /// to vertices with weights of the current shape.
+    /// Whether the conditions of energies depend on the shape: species on faces that set lengths or spontaneous curvatures,
+    /// or that energies read, are carried to vertices with weights of the current shape.
     #[must_use]
-    pub fn lengths_follow_shape(&self) -> bool {
+    pub fn conditions_follow_shape(&self) -> bool {
         self.chemistry.as_ref().is_some_and(|chemistry| {
             let given = chemistry.descriptor().capabilities;
-            chemistry.location() == Location::Face && (given.length_factor || given.curvature)
+            let reads = || !self.mechanics.species().is_empty();
+            chemistry.location() == Location::Face
+                && (given.length_factor || given.curvature || reads())
         })
     }
 

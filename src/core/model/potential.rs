@@ -1,6 +1,7 @@
 //! The energy landscape at fixed optimal lengths and time: U(x), or L(x) with constraints; with an
 //! anchor what one step under drag makes of it.
 
+mod conditions;
 mod contact;
 
 use std::sync::Arc;
@@ -12,7 +13,7 @@ use super::mechanics::Mechanics;
 use super::proximal_term::Anchor;
 use crate::Vec3;
 use crate::effects::{HessianPart, LowRank, Pins, Work};
-use crate::geometry::{Conditions, RestMetric, Shape};
+use crate::geometry::{RestMetric, Shape};
 use crate::linear::{BlockMatrix, BlockPattern};
 use crate::parallel;
 use crate::reduction::Reduction;
@@ -26,6 +27,8 @@ pub struct Potential {
     time: f64,
     /// Internal variables and what laws give, by name.
     internal: Vec<(&'static str, Vec<f64>)>,
+    /// Species that energies read, at the vertices.
+    species: Vec<Vec<f64>>,
     /// Whether they have changed since effects were prepared.
     stale: bool,
     work: Vec<Work>,
@@ -59,11 +62,13 @@ impl Potential {
         let force_scale = 0.0;
         let (anchor, hold) = (None, None);
         let (internal, stale) = (Vec::new(), false);
+        let species = conditions::no_species(&mechanics);
         let mut made = Self {
             mechanics,
             metric,
             time,
             internal,
+            species,
             stale,
             work,
             constraints,
@@ -76,60 +81,6 @@ impl Potential {
         let sheet = Arc::clone(made.sheet());
         made.choose_stiffness(sheet.rest());
         made
-    }
-
-    /// Brings it under the length factor Φ of every edge.
-    pub fn set_length_factor(&mut self, factor: &[f64]) {
-        self.set_conditions(Some(factor), self.time);
-    }
-
-    /// Brings it under the length factor Φ of every edge and the time given.
-    pub fn set_conditions(&mut self, factor: Option<&[f64]>, time: f64) {
-        let later = time.to_bits() != self.time.to_bits();
-        self.time = time;
-        if let Some(factor) = factor {
-            let scope = self.lengths.scope(0);
-            self.metric.set_length_factor(self.mechanics.sheet(), factor);
-            drop(scope);
-            self.prepare();
-        } else if self.stale || later && self.mechanics.depends_on_time() {
-            self.prepare();
-        }
-    }
-
-    /// Sets internal variables and what laws give, which effects read under the next conditions that are set.
-    pub fn set_fields<'a>(&mut self, values: impl Iterator<Item = (&'static str, &'a Vec<f64>)>) {
-        let mut count = 0;
-        for (k, (name, values)) in values.enumerate() {
-            match self.internal.get_mut(k) {
-                Some((known, kept)) => {
-                    *known = name;
-                    kept.clone_from(values);
-                }
-                None => self.internal.push((name, values.clone())),
-            }
-            count = k + 1;
-        }
-        self.internal.truncate(count);
-        self.stale = true;
-    }
-
-    fn prepare(&mut self) {
-        let sheet = self.mechanics.sheet();
-        let (metric, time, internal) = (&self.metric, self.time, &self.internal);
-        let conditions = Conditions { sheet, metric, time, internal };
-        self.stale = false;
-        self.force_scale = 0.0;
-        let meters = self.mechanics.meters();
-        for ((term, work), meter) in self.mechanics.terms().iter().zip(&mut self.work).zip(meters) {
-            let _scope = meter.scope(energy::CONDITIONS);
-            term.prepare(&conditions, work);
-            self.force_scale = self.force_scale.max(term.force_scale(&conditions));
-        }
-        for (term, work) in self.mechanics.constraints().iter().zip(&mut self.constraints.work) {
-            term.prepare(&conditions, work);
-        }
-        self.force_scale = sheet.reduction().largest_over_ranks(self.force_scale);
     }
 
     /// Adds the pull towards an earlier shape to U from now on, in place of the one before; conditions
@@ -474,19 +425,5 @@ impl Potential {
     pub fn keeps_triangles(&self, from: &[Vec3], to: &[Vec3], share: f64, flat: f64) -> bool {
         let _scope = counters::of_steps(self.mechanics.tally()).scope(0);
         self.mechanics.keeps_triangles(from, to, share, flat)
-    }
-
-    /// Hands all `∂²U/∂x_i∂C₀_v` at `x` to `emit`, in an order that depends on the sheet alone.
-    pub fn curvature_derivatives(&mut self, x: &[Vec3], emit: &mut dyn FnMut(usize, usize, Vec3)) {
-        self.each(energy::LENGTHS, x, |_, term, work, shape| {
-            term.curvature_derivatives(shape, work, emit)
-        });
-    }
-
-    /// Hands all `∂²U/∂x_i∂l̄_e` at `x` to `emit`, in an order that depends on the sheet alone.
-    pub fn metric_derivatives(&mut self, x: &[Vec3], emit: &mut dyn FnMut(usize, usize, Vec3)) {
-        self.each(energy::LENGTHS, x, |_, term, work, shape| {
-            term.metric_derivatives(shape, work, emit)
-        });
     }
 }

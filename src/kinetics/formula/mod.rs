@@ -18,10 +18,12 @@ mod names;
 mod parse;
 mod place;
 mod program;
+mod species;
 
 pub use parse::{FUNCTIONS, FormulaError, Function};
 
 pub use place::{FieldFormula, over_positions};
+pub use species::SpeciesFormula;
 
 use graph::{Graph, Id, TooLarge};
 use kinks::Kinks;

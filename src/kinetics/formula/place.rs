@@ -8,6 +8,8 @@ use crate::Column;
 use crate::error::nearest;
 use rumple_numerics::Vec3;
 
+/// The names of the rest position.
+pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
 /// Inputs of a [`FieldFormula`].
 const NAMES: [&str; 4] = ["x", "y", "z", "t"];
 /// The number of the time among them.

@@ -29,6 +29,8 @@ pub type EigenPair = ((f64, f64), Vec<f64>);
 struct Space {
     vectors: Vec<Vec<f64>>,
     images: Vec<Vec<f64>>,
+    /// The columns of Vᵀ A V that are known.
+    reduced: Vec<Vec<f64>>,
 }
 
 impl Space {
@@ -50,51 +52,75 @@ impl Space {
         true
     }
 
-    /// The pairs of the part that has images, the largest first, each with its relative error.
-    fn pairs(&self) -> Result<Vec<(EigenPair, f64)>, LinearError> {
+    /// Completes Vᵀ A V of the part that has images.
+    fn reduce(&mut self) {
+        let Self { vectors, images, reduced } = self;
+        let known = reduced.len();
+        for (column, image) in reduced.iter_mut().zip(&*images) {
+            column.extend(vectors[known..images.len()].iter().map(|vector| dot(vector, image)));
+        }
+        for image in &images[known..] {
+            reduced.push(vectors[..images.len()].iter().map(|v| dot(v, image)).collect());
+        }
+    }
+
+    /// The `count` largest pairs of the part that has images, the largest first, each with its relative error.
+    fn pairs(&mut self, count: usize) -> Result<Vec<(EigenPair, f64)>, LinearError> {
+        self.reduce();
         let m = self.images.len();
-        let reduced = Mat::from_fn(m, m, |i, j| dot(&self.vectors[i], &self.images[j]));
+        let reduced = Mat::from_fn(m, m, |i, j| self.reduced[j][i]);
         let eigen = reduced
             .eigen()
             .map_err(|error| LinearError::new(format!("the reduced eigenproblem: {error:?}")))?;
         let (values, vectors) = (eigen.S(), eigen.U());
-        let mut pairs: Vec<_> = (0..m)
-            .map(|k| {
-                let theta = values[k];
-                let coefficients: Vec<_> = (0..m).map(|i| vectors[(i, k)]).collect();
-                let part = |rows: &[Vec<f64>], of: &dyn Fn(usize) -> f64| {
-                    let mut sum = vec![0.0; rows[0].len()];
-                    for (i, row) in rows.iter().take(m).enumerate() {
-                        let share = of(i);
-                        sum.iter_mut().zip(row).for_each(|(s, r)| *s += share * r);
-                    }
-                    sum
-                };
-                let [re, im] = [
-                    part(&self.vectors, &|i| coefficients[i].re),
-                    part(&self.vectors, &|i| coefficients[i].im),
-                ];
-                let [mut ire, mut iim] = [
-                    part(&self.images, &|i| coefficients[i].re),
-                    part(&self.images, &|i| coefficients[i].im),
-                ];
-                for i in 0..re.len() {
-                    ire[i] -= theta.re * re[i] - theta.im * im[i];
-                    iim[i] -= theta.re * im[i] + theta.im * re[i];
-                }
-                let size = theta.re.hypot(theta.im);
-                let length = norm(&re).hypot(norm(&im));
-                let error = norm(&ire).hypot(norm(&iim)) / (size * length);
-                let mut vector = if norm(&re) >= norm(&im) { re } else { im };
-                let length = norm(&vector);
-                vector.iter_mut().for_each(|v| *v /= length);
-                (((theta.re, theta.im), vector), error)
-            })
-            .collect();
-        let size = |pair: &(EigenPair, f64)| pair.0.0.0.hypot(pair.0.0.1);
-        pairs.sort_by(|a, b| size(b).total_cmp(&size(a)));
-        Ok(pairs)
+        let values: Vec<(f64, f64)> = (0..m).map(|k| (values[k].re, values[k].im)).collect();
+        let mut order: Vec<usize> = (0..m).collect();
+        let size = |k: &usize| values[*k].0.hypot(values[*k].1);
+        order.sort_by(|a, b| size(b).total_cmp(&size(a)));
+        let pair = |k: usize| {
+            let [re, im]: [Vec<f64>; 2] = [
+                (0..m).map(|i| vectors[(i, k)].re).collect(),
+                (0..m).map(|i| vectors[(i, k)].im).collect(),
+            ];
+            self.pair(values[k], (&re, &im))
+        };
+        Ok(order.into_iter().take(count).map(pair).collect())
     }
+
+    /// The pair of the eigenvalue `theta` with these real and imaginary parts of its coefficients, and its relative error.
+    fn pair(&self, theta: (f64, f64), (re, im): (&[f64], &[f64])) -> (EigenPair, f64) {
+        let real = im.iter().all(|part| *part == 0.0);
+        let [x, image] = [&self.vectors, &self.images].map(|rows| sum(rows, re));
+        let [y, image_y] = match real {
+            true => [Vec::new(), Vec::new()],
+            false => [&self.vectors, &self.images].map(|rows| sum(rows, im)),
+        };
+        let off = |image: &[f64], (x, a): (&[f64], f64), (y, b): (&[f64], f64)| {
+            let left: Vec<f64> = (0..image.len())
+                .map(|i| image[i] - (a * x[i] + b * y.get(i).copied().unwrap_or(0.0)))
+                .collect();
+            norm(&left)
+        };
+        let error = off(&image, (&x, theta.0), (&y, -theta.1));
+        let error = match real {
+            true => error,
+            false => error.hypot(off(&image_y, (&y, theta.0), (&x, theta.1))),
+        };
+        let error = error / (theta.0.hypot(theta.1) * norm(&x).hypot(norm(&y)));
+        let mut vector = if norm(&x) >= norm(&y) { x } else { y };
+        let length = norm(&vector);
+        vector.iter_mut().for_each(|v| *v /= length);
+        ((theta, vector), error)
+    }
+}
+
+/// The sum of rows with these shares.
+fn sum(rows: &[Vec<f64>], shares: &[f64]) -> Vec<f64> {
+    let mut sum = vec![0.0; rows[0].len()];
+    for (row, share) in rows.iter().zip(shares) {
+        sum.iter_mut().zip(row).for_each(|(s, r)| *s += share * r);
+    }
+    sum
 }
 
 /// Pseudo-random numbers between -1 and 1.
@@ -115,7 +141,7 @@ pub fn largest_eigenvalues<E: From<LinearError>>(
     count: usize,
 ) -> Result<Vec<EigenPair>, E> {
     let mut seed = 1;
-    let mut space = Space { vectors: Vec::new(), images: Vec::new() };
+    let mut space = Space { vectors: Vec::new(), images: Vec::new(), reduced: Vec::new() };
     for _ in 0..BLOCK.min(n) {
         // An image is in the range of the operator.
         let mut start: Vec<f64> = (0..n).map(|_| noise(&mut seed)).collect();
@@ -143,13 +169,13 @@ pub fn largest_eigenvalues<E: From<LinearError>>(
             }
             continue;
         }
-        let pairs = space.pairs()?;
+        let pairs = space.pairs(count)?;
         // What B has no part in has the eigenvalue 0.
         let largest = pairs.first().map_or(0.0, |pair| pair.0.0.0.hypot(pair.0.0.1));
         let counts = |pair: &&(EigenPair, f64)| {
             pair.0.0.0.hypot(pair.0.0.1) > INSIDE * largest && pair.1 <= FOUND
         };
-        let found = pairs.iter().take(count).take_while(counts).count();
+        let found = pairs.iter().take_while(counts).count();
         if found == count.min(n) || !grown {
             return Ok(pairs.into_iter().take(found).map(|(pair, _)| pair).collect());
         }

@@ -2,6 +2,8 @@
 
 use super::{Line, listed, place, verb};
 use crate::effects::{Coupling, EnergyTerm};
+use crate::kinetics::Descriptor;
+use crate::model::Chemistry;
 use crate::run::Simulation;
 use crate::run::built::Brought;
 use crate::scene::Scene;
@@ -109,8 +111,11 @@ fn coupled(coupling: Coupling) -> String {
     all.join(", ")
 }
 
-/// What the energy `name` couples, and its largest applied force.
-fn energy(term: &EnergyTerm, name: &str) -> String {
+/// What the energy `name` couples, the species that it reads, and its largest applied force.
+fn energy(term: &EnergyTerm, name: &str, law: Option<&Descriptor>) -> String {
+    let species = law.map_or(&[][..], |law| &law.species);
+    let read: Vec<&str> = term.species().iter().map(|s| species[*s].name.as_str()).collect();
+    let reads = if read.is_empty() { String::new() } else { format!(", reads {}", listed(&read)) };
     let timed = if term.depends_on_time() { ", depends on time" } else { "" };
     let applied = term.applied_force();
     let load = if applied > 0.0 {
@@ -118,7 +123,7 @@ fn energy(term: &EnergyTerm, name: &str) -> String {
     } else {
         String::new()
     };
-    format!("energy `{name}`: {}{timed}{load}", coupled(term.coupling()))
+    format!("energy `{name}`: {}{reads}{timed}{load}", coupled(term.coupling()))
 }
 
 pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
@@ -136,7 +141,7 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
     {
         let mut parts = Vec::new();
         for (term, name) in terms.by_ref().take(brought.energies) {
-            parts.push(energy(term, name));
+            parts.push(energy(term, name, model.chemistry().map(Chemistry::descriptor)));
         }
         if brought.pins[0] > 0 {
             let [directions, vertices] = brought.pins;

@@ -1,9 +1,9 @@
 //! The balance of the energy.
 //!
-//! With U(x; l) the energy under the conditions l, which are optimal lengths, loads and targets,
+//! With U(x; l) the energy under the conditions l, which are optimal lengths, species that effects read, loads and targets,
 //!
 //! ```text
-//! fall of U = work against drag - work of growth - work of loads - work of pins - work of constraints
+//! fall of U = work against drag - work of growth - work of species - work of loads - work of pins - work of constraints
 //! ```
 //!
 //! over a step from (x_0, l_0) to (x_1, l_1). Every work is taken by the trapezoidal rule, or by the mean velocity:
@@ -11,6 +11,7 @@
 //! ```text
 //! drag          (x_1 - x_0)·γ(½(x_0 + x_1)) (x_1 - x_0)/Δt
 //! growth        ½ Σ_l [U(x_0; l) + U(x_1; l)]  from l_0 to l_1, of effects that do not change with time themselves
+//! species       the same of those among them that read species: what the chemistry does on the sheet
 //! loads         the same of effects that do: ramps
 //! pins          ½ (∂U_0 + ∂U_1)·(x_1 - x_0) along the directions that are moved
 //! constraints   ½ (λ_0 + λ_1) (g(x_1) - g(x_0)),  g as the mean of both conditions
@@ -40,6 +41,8 @@ const MINIMUM_RELATIVE_TURNOVER: f64 = 1e-6;
 pub(super) struct EnergyBalance {
     /// Whether the shape moves under drag.
     drag: bool,
+    /// Whether effects read species.
+    species: bool,
     /// Whether effects, pins or constraints change with time.
     loads: bool,
     pins: bool,
@@ -51,6 +54,7 @@ pub(super) struct EnergyBalance {
 struct EnergyTotals {
     drag: f64,
     growth: f64,
+    species: f64,
     loads: f64,
     pins: f64,
     constraints: f64,
@@ -60,14 +64,14 @@ struct EnergyTotals {
 
 impl EnergyTotals {
     fn to_memory(self) -> Vec<f64> {
-        let Self { drag, growth, loads, pins, constraints, imbalance, largest } = self;
-        vec![drag, growth, loads, pins, constraints, imbalance, largest]
+        let Self { drag, growth, species, loads, pins, constraints, imbalance, largest } = self;
+        vec![drag, growth, species, loads, pins, constraints, imbalance, largest]
     }
 
     fn of(memory: &[f64]) -> Self {
         match *memory {
-            [drag, growth, loads, pins, constraints, imbalance, largest] => {
-                Self { drag, growth, loads, pins, constraints, imbalance, largest }
+            [drag, growth, species, loads, pins, constraints, imbalance, largest] => {
+                Self { drag, growth, species, loads, pins, constraints, imbalance, largest }
             }
             _ => Self::default(),
         }
@@ -135,6 +139,7 @@ impl EnergyBalance {
         }
         Ok(Self {
             drag,
+            species: !mechanics.species().is_empty(),
             loads: mechanics.depends_on_time(),
             pins: mechanics.has_prescribed(),
             constraints: mechanics.is_constrained(),
@@ -145,6 +150,7 @@ impl EnergyBalance {
         let parts = [
             (self.drag, totals.drag),
             (true, totals.growth),
+            (self.species, totals.species),
             (self.loads, totals.loads),
             (self.pins, totals.pins),
             (self.constraints, totals.constraints),
@@ -167,7 +173,11 @@ impl EnergyBalance {
         for (k, term) in mechanics.terms().iter().enumerate() {
             let change = |x: usize| last.energies[x][k] - first.energies[x][k];
             let work = 0.5 * (change(0) + change(1));
-            *(if term.depends_on_time() { &mut works.loads } else { &mut works.growth }) += work;
+            *match (term.depends_on_time(), term.species().is_empty()) {
+                (true, _) => &mut works.loads,
+                (false, true) => &mut works.growth,
+                (false, false) => &mut works.species,
+            } += work;
         }
         if self.drag {
             works.drag = against_drag(model, before, after);
@@ -222,6 +232,7 @@ impl Invariant for EnergyBalance {
         let all = [
             (self.drag, "work against drag [energy]"),
             (true, "work of growth [energy]"),
+            (self.species, "work of species [energy]"),
             (self.loads, "work of loads [energy]"),
             (self.pins, "work of pins [energy]"),
             (self.constraints, "work of constraints [energy]"),
@@ -246,20 +257,22 @@ impl Invariant for EnergyBalance {
     fn look(&mut self, step: &mut Step<'_>, memory: &[f64]) -> Result<Said> {
         let totals = EnergyTotals::of(memory);
         let (now, fall) = self.works(step)?;
-        let EnergyTotals { drag, growth, loads, pins, constraints, imbalance, largest } = now;
+        let EnergyTotals { drag, growth, species, loads, pins, constraints, imbalance, largest } =
+            now;
         let largest = largest.max(totals.largest);
-        let works = [drag, growth, loads, pins, constraints, fall];
+        let works = [drag, growth, species, loads, pins, constraints, fall];
         let turned: f64 = works.iter().map(|work| work.abs()).sum();
         let allowed = turned.max(MINIMUM_RELATIVE_TURNOVER * largest);
         let value = if imbalance == 0.0 { 0.0 } else { imbalance.abs() / allowed };
         let place = format!(
             "in this step the energy falls by {fall:.3e} at fixed conditions, drag takes up {drag:.3e}, pins and \
-             constraints do {:.3e}, growth {growth:.3e}, loads {loads:.3e}",
+             constraints do {:.3e}, growth {growth:.3e}, species {species:.3e}, loads {loads:.3e}",
             pins + constraints
         );
         let totals = EnergyTotals {
             drag: totals.drag + drag,
             growth: totals.growth + growth,
+            species: totals.species + species,
             loads: totals.loads + loads,
             pins: totals.pins + pins,
             constraints: totals.constraints + constraints,

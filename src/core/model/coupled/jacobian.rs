@@ -1,7 +1,7 @@
 //! ∂F/∂y of the coupled system, assembled from what effects, signals and kinetics know.
 //!
-//! Optimal lengths l̄ and the spontaneous curvatures C₀ of laws stand between chemistry and shape, so the Jacobian is a sum
-//! and a product, with q = (l̄ of the edges, C₀ of the vertices):
+//! Optimal lengths l̄, the spontaneous curvatures C₀ of laws and species c̄ that energies read stand between chemistry and
+//! shape, so the Jacobian is a sum and a product, with q = (l̄ of the edges, C₀ of the vertices, c̄ at the vertices):
 //!
 //! ```text
 //! ∂F/∂y = ∂F/∂y|_q + (∂F/∂q) (∂q/∂y)
@@ -11,10 +11,13 @@
 //! ∂F_c/∂c|_l̄ = ∂R/∂c + D Δ_x             ∂l̄_e/∂c = l⁰_e Φ'(c_e) ∂c_e/∂c
 //!
 //! ∂F_x/∂C₀ = -∂²U/∂x∂C₀                   ∂C₀_v/∂c = C₀'(c_v) ∂c_v/∂c
+//! ∂F_x/∂c̄ = -∂²U/∂x∂c̄                     ∂c̄_v/∂c = ∂c_v/∂c
 //! ```
 //!
 //! `c_e` is the mean of the ends of a bond; species on faces are carried to vertices by averages that
 //! depend on x, so that then ∂q/∂x is there too.
+
+mod middle;
 
 use std::ops::Range;
 
@@ -28,6 +31,8 @@ use crate::linear::{Assembly, BlockMatrix, Entries, Part, Sparse, SumOfProduct};
 use crate::model::{
     Chemistry, Derivatives, HeldValues, Model, ModelError, Potential, SignalColumns, State, Surface,
 };
+
+use middle::{factor_slopes, middle_by_unknowns, residual_by_middle};
 
 /// Vertices, or points of the chemistry, whose entries one thread names at a time.
 const PART: usize = 2048;
@@ -48,7 +53,7 @@ struct Sums {
     through: Option<Through>,
 }
 
-/// What goes through optimal lengths and spontaneous curvatures.
+/// What goes through optimal lengths, spontaneous curvatures and species that energies read.
 struct Through {
     of_residual: Assembly,
     of_unknowns: Assembly,
@@ -75,36 +80,15 @@ struct Values<'a> {
     factor_slopes: Option<Vec<Vec<f64>>>,
     /// ∂C₀/∂c at the vertices.
     curvature_slopes: Option<Vec<Vec<f64>>>,
-}
-
-/// ∂Φ/∂c at the edges, times the factors of other growth and of remodelling; none where no law has a length factor.
-fn factor_slopes(
-    model: &Model,
-    chemistry: &Chemistry,
-    surface: &Surface,
-    state: &State,
-) -> Result<Option<Vec<Vec<f64>>>, ModelError> {
-    let slopes = chemistry.length_factor_slopes(model.sheet(), surface, &state.species)?;
-    let Some(mut slopes) = slopes else { return Ok(None) };
-    if let Some(grown) = model.growth(state.time)? {
-        for slope in &mut slopes {
-            slope.iter_mut().zip(grown.iter()).for_each(|(slope, grown)| *slope *= grown);
-        }
-    }
-    for factor in model.internal_factors(state)? {
-        for slope in &mut slopes {
-            slope.iter_mut().zip(factor).for_each(|(slope, factor)| *slope *= factor);
-        }
-    }
-    Ok(Some(slopes))
+    /// Numbers of the species that energies read.
+    read: &'a [usize],
 }
 
 impl Sums {
-    /// Adds what goes through optimal lengths and spontaneous curvatures.
+    /// Adds what goes through optimal lengths, spontaneous curvatures and species that energies read.
     fn fill_through(&mut self, potential: &mut Potential, at: &Values<'_>) {
         let n = at.layout.unknowns();
-        let curved = at.curvature_slopes.as_ref().map_or(0, |_| potential.sheet().vertex_count());
-        let middle = potential.sheet().edges().len() + curved;
+        let [_, _, middle] = at.middle(potential.sheet());
         let Self { direct, through } = self;
         let Through { of_residual, of_unknowns, total } = through.get_or_insert_with(|| {
             let of_residual =
@@ -171,6 +155,7 @@ impl Jacobian {
             chemistry: None,
             factor_slopes: None,
             curvature_slopes: None,
+            read: &[],
         };
         // Lengths that nothing feels need no derivatives.
         let lengths = |chemistry: &Chemistry| {
@@ -185,6 +170,7 @@ impl Jacobian {
             if layout.mechanical() > 0 {
                 let (sheet, species) = (model.sheet(), &state.species);
                 at.curvature_slopes = chemistry.curvature_slopes(sheet, surface, species)?;
+                at.read = model.mechanics().species();
             }
         }
         let n = layout.unknowns();
@@ -202,7 +188,7 @@ impl Jacobian {
             others(potential.as_deref(), model, &at, entries);
         };
         // What goes through lengths is added to rows in their own order.
-        let through = at.factor_slopes.is_some() || at.curvature_slopes.is_some();
+        let through = at.goes_through();
         let in_strips = self.in_strips && parts.is_empty() && !through;
         let sums = self.sums.get_or_insert_with(|| Sums {
             direct: match in_strips {
@@ -375,75 +361,5 @@ impl Derivatives for BySignals<'_, '_, '_> {
                 self.entries.add(row, edge, slope * value);
             }
         }
-    }
-}
-
-/// ∂F/∂q.
-fn residual_by_middle(potential: &mut Potential, at: &Values<'_>, entries: &mut Entries<'_>) {
-    let layout = at.layout;
-    let edges = potential.sheet().edges().len();
-    let mut add = |vertex: usize, column: usize, by: Vec3| {
-        for axis in 0..3 {
-            if let Some(row) = layout.displacement(vertex, axis) {
-                entries.add(row, column, -by[axis]);
-            }
-        }
-    };
-    if at.curvature_slopes.is_some() {
-        potential.curvature_derivatives(&at.state.x, &mut |vertex, v, by| {
-            add(vertex, edges + v, by);
-        });
-    }
-    if at.factor_slopes.is_none() {
-        return;
-    }
-    if layout.mechanical() > 0 {
-        potential.metric_derivatives(&at.state.x, &mut add);
-    }
-    let Some((chemistry, partials)) = &at.chemistry else { return };
-    let (inputs, held) = (chemistry.descriptor().inputs(), chemistry.held());
-    let mut sink = BySignals { layout, partials, inputs, held, entries, lengths: true };
-    chemistry.signals().derivatives(&potential.shape(&at.state.x), &mut sink);
-}
-
-/// ∂q/∂y.
-fn middle_by_unknowns(potential: &Potential, at: &Values<'_>, entries: &mut Entries<'_>) {
-    let sheet = potential.sheet();
-    let reference = potential.metric().reference_length();
-    for (s, slope) in at.factor_slopes.iter().flatten().enumerate() {
-        for (e, edge) in sheet.edges().iter().enumerate() {
-            let by_end = 0.5 * reference[e] * slope[e];
-            for v in edge.vertices {
-                by_vertex(potential, at, (e, s, v as usize), by_end, entries);
-            }
-        }
-    }
-    let edges = sheet.edges().len();
-    for (s, slope) in at.curvature_slopes.iter().flatten().enumerate() {
-        for (v, slope) in slope.iter().enumerate() {
-            by_vertex(potential, at, (edges + v, s, v), *slope, entries);
-        }
-    }
-}
-
-/// Adds to a row what changes by `slope` with species number s at a vertex.
-fn by_vertex(
-    potential: &Potential,
-    at: &Values<'_>,
-    (row, s, vertex): (usize, usize, usize),
-    slope: f64,
-    entries: &mut Entries<'_>,
-) {
-    let (layout, sheet) = (at.layout, potential.sheet());
-    Chemistry::sources_of_vertex(sheet, at.surface, vertex, |point, share| {
-        entries.add(row, layout.concentration(s, point), slope * share);
-    });
-    if layout.mechanical() > 0
-        && let Some(average) = &at.surface.average
-    {
-        let c = &at.state.species[s];
-        average.shape_derivatives(sheet, &at.state.x, c, vertex, |m, by| {
-            add_vector(layout, entries, row, m, slope * by);
-        });
     }
 }

@@ -66,7 +66,7 @@ impl Workspace {
     /// If the model has no value there, or the relaxation fails.
     pub fn relax(&mut self, state: &mut State) -> Result<Relaxation> {
         let mut done = self.relax_once(state)?;
-        if !self.model.lengths_follow_shape() {
+        if !self.model.conditions_follow_shape() {
             return Ok(done);
         }
         let tolerance = self.force_tolerance();

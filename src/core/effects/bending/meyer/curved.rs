@@ -310,8 +310,8 @@ impl CurvedRest {
         let curved = curved.get_or_insert_default();
         shaped.hinges.metric_derivatives(shape, &mut curved.hinge, emit);
         let sheet = shape.sheet;
-        let conditions =
-            Conditions { sheet, metric: shape.metric, time: shape.time, internal: &[] };
+        let (metric, time) = (shape.metric, shape.time);
+        let conditions = Conditions { sheet, metric, time, internal: &[], species: &[] };
         let (mut vertices, mut derivatives) = (Vec::new(), Vec::new());
         for i in 0..shape.x.len() {
             ring(sheet, i, &mut vertices);
