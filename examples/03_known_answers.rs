@@ -328,10 +328,21 @@ fn contact_tables() -> Outcome<()> {
         let samples = over(&[2, 4, 8, 16], |n| contact::plates(n, pressure))?;
         table(&format!("distance of plates under {pressure} of the stiffness"), &samples);
     }
+    for work in [0.01, 0.1] {
+        let samples = over(&[2, 4, 8, 16], |n| contact::stuck(n, work))?;
+        table(&format!("distance of plates that stick with the work {work}"), &samples);
+    }
     let sizes = [20, 40, 80, 160];
     for reach in [0.2, 0.05, 0.0125] {
         let samples = over(&sizes, |n| contact::lift_off(n, reach))?;
         table(&format!("lift-off of a heavy strip, reach {reach}"), &samples);
+    }
+    for range in [0.1, 0.025, 0.00625] {
+        let samples = over(&[40, 80, 160, 320], |n| contact::peeled(n, range))?;
+        table(
+            &format!("length of a strip off a plane to which it sticks, range {range}"),
+            &samples,
+        );
     }
     for reach in [0.2, 0.05, 0.0125] {
         let samples = over(&sizes, |n| contact::bent_round(n, reach))?;

@@ -5,11 +5,16 @@
 //! L⁴ = 72 D h/q                                a heavy strip, clamped h above a plane, leaves it at L from the clamp
 //! F = 2 I² D/H²,  I = ∫ √sin θ dθ = 1.19814    a strip bent round between planes H apart (0 < θ < π/2)
 //! p R³/D = 5.247                               a ring under pressure touches itself
+//! L⁴ = 18 D h²/w                               a strip that sticks to a plane, clamped h above it, leaves it at L
 //! ```
 //!
 //! L: the deflection from where the strip leaves the plane is `w = (q/D) (L x³/18 - x⁴/24)`, without moment there and
 //! with w' = 0, w = h at the clamp. The plane pushes at this point with qL/3, and carries q beyond: in all
 //! q (S - 2L/3) on a strip of length S, from which L is computed.
+//!
+//! w: from where the strip sticks, at a curvature of √(2w/D), to the clamp the deflection is `h ξ² (3 - 2ξ)`, ξ = x/L: the strip
+//! pulls with 12 D h/L³ per width, from which L is computed. w is the work of parting what rests at a distance where the
+//! forces of the barrier and the well balance.
 //!
 //! H: from where the strip leaves a plane `D κ²/2 = F sin θ`, and the height to the middle is `∫ sin θ dθ/κ = H/2`. D is
 //! the rigidity of ribbons (`ribbons.rs`).
@@ -38,9 +43,13 @@ const QUARTER: f64 = 1.198_140_234_7;
 /// Where the walls of a ring touch.
 const TOUCH: f64 = 5.246_9;
 
+/// What the barrier carries at the distance u, in units of κ and of the reach.
+fn carried(u: f64) -> f64 {
+    (1.0 - u) * (1.0 - u) / u - 2.0 * (1.0 - u) * u.ln()
+}
+
 /// The distance d at which the barrier carries `pressure`, in units of the reach and of κ.
 fn distance(pressure: f64) -> f64 {
-    let carried = |u: f64| (1.0 - u) * (1.0 - u) / u - 2.0 * (1.0 - u) * u.ln();
     let (mut low, mut high) = (1e-9, 1.0);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
@@ -58,8 +67,8 @@ fn plate(n: usize, z: f64) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     (places.collect(), cells.flat_map(two).map(|t| t.map(index)).collect())
 }
 
-/// The distance of two plates of n and 2n + 1 cells that are pressed together by `pressure`, in units of κ.
-pub fn plates(n: usize, pressure: f64) -> Outcome<Sample> {
+/// The distance at which two plates of n and 2n + 1 cells rest from `start` on, with other effects on them.
+fn apart(n: usize, start: f64, others: &[&str]) -> Outcome<(f64, Arc<Sheet>)> {
     let material = Material { young: 10.0, poisson: 0.3, thickness: 0.5 };
     let (mut rest, mut triangles) = plate(n, 0.0);
     let first = rest.len();
@@ -69,14 +78,41 @@ pub fn plates(n: usize, pressure: f64) -> Outcome<Sample> {
     let sheet = Arc::new(Sheet::new(rest, triangles)?);
     // Vertical motion of the upper plate is left.
     let pins: Pins = (0..sheet.vertex_count()).map(|v| [true, true, v < first]).collect();
-    let load = area_load(-pressure);
-    let effects = [STVK_HINGE.stretching, STVK_HINGE.bending, "kind = 'contact'", &load];
+    let models = [STVK_HINGE.stretching, STVK_HINGE.bending, "kind = 'contact'"];
+    let effects: Vec<&str> = models.iter().chain(others).copied().collect();
     let mut mechanics = mechanics(&sheet, &material, &effects, pins)?;
-    let low = |x: &Vec3| Vec3::new(x.x, x.y, if x.z > 1.0 { 0.45 } else { 0.0 });
+    let low = |x: &Vec3| Vec3::new(x.x, x.y, if x.z > 1.0 { start } else { 0.0 });
     let mut x: Vec<Vec3> = sheet.rest().iter().map(low).collect();
     relax(&mut mechanics, &mut x, 1e-9)?;
     let gap = x[first..].iter().map(|x| x.z).sum::<f64>() / real(x.len() - first);
+    Ok((gap, sheet))
+}
+
+/// The distance of two plates of n and 2n + 1 cells that are pressed together by `pressure`, in units of κ.
+pub fn plates(n: usize, pressure: f64) -> Outcome<Sample> {
+    let (gap, sheet) = apart(n, 0.45, &[&area_load(-pressure)])?;
     Ok(Sample::new(&sheet, gap, 0.5 * distance(pressure)))
+}
+
+/// The distance of two plates that stick together with the work `work`, in units of κ d̂, and twice the reach of contact.
+pub fn stuck(n: usize, work: f64) -> Outcome<Sample> {
+    let adhesion = format!("kind = 'adhesion'\nwork = {:e}\ndistance = 1.0", 0.5 * work);
+    let (gap, sheet) = apart(n, 0.8, &[&adhesion])?;
+    Ok(Sample::new(&sheet, gap, 0.5 * resting(work, 2.0)))
+}
+
+/// Where surfaces rest that stick together with the work `work`, in units of κ d̂ and d̂, within the range `range`.
+fn resting(work: f64, range: f64) -> f64 {
+    let pull = |d: f64| {
+        let u = d / range;
+        6.0 * work / range * u * (1.0 - u * u).powi(2)
+    };
+    let (mut low, mut high) = (1e-9, 1.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if carried(middle) > pull(middle) { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
 }
 
 /// Sum of the forces of contact number `which` on the vertices of which `of` holds.
@@ -121,6 +157,51 @@ pub fn lift_off(cells: usize, reach: f64) -> Outcome<Sample> {
     let carried = force(&mut mechanics, 0, &x, |_| true).z / (weight * ribbons::width(&sheet));
     let end = (real(cells) - 0.25) * edge;
     Ok(Sample::new(&sheet, 1.5 * (end - clamp - carried), exact))
+}
+
+/// The length of a strip that is off a plane to which it sticks within `range`, with `cells` cells.
+pub fn peeled(cells: usize, range: f64) -> Outcome<Sample> {
+    let (length, height, exact) = (20.0, 0.2, 10.0f64);
+    let edge = length / real(cells);
+    let sheet = Arc::new(ribbons::flat(cells, edge)?);
+    let rigidity = ribbons::rigidity(&THIN);
+    let parted = 18.0 * rigidity * height * height / exact.powi(4);
+    // The barrier is short beside the range, and stiff.
+    let reach = 0.1 * range;
+    let unit = 0.1 * THIN.young * reach;
+    let left = |work: f64, d: f64| {
+        work * (1.0 - (0.1 * d).powi(2)).powi(3) + (1.0 - d) * (1.0 - d) * d.ln()
+    };
+    let (mut low, mut high) = (parted / unit, 2.0 * parted / unit);
+    for _ in 0..60 {
+        let work = 0.5 * (low + high);
+        let enough = left(work, resting(work, 10.0)) > parted / unit;
+        if enough { high = work } else { low = work }
+    }
+    let work = 0.5 * (low + high);
+    let level = -reach * resting(work, 10.0);
+    let plane = plane(level, 1.0, reach);
+    let adhesion = format!(
+        "kind = 'adhesion'\nwork = {:e}\ndistance = {range:e}\n\
+         to = {{ plane = {{ point = [0.0, 0.0, {level:e}], normal = [0.0, 0.0, 1.0] }} }}",
+        work * unit
+    );
+    let clamp = 0.5 * edge;
+    let clamped = |x: &Vec3| x.x < 1.01 * edge;
+    let pins = sheet.rest().iter().map(|x| [clamped(x), true, clamped(x)]).collect();
+    let effects = [STVK_HINGE.stretching, STVK_HINGE.bending, &plane, &adhesion];
+    let mut mechanics = mechanics(&sheet, &THIN, &effects, pins)?;
+    let lowered = |x: &Vec3| {
+        let u = (1.0 - (x.x - clamp) / exact).max(0.0);
+        let z = if clamped(x) { 1.0 } else { u * u * (3.0 - 2.0 * u) };
+        Vec3::new(x.x, x.y, height * z)
+    };
+    let mut x: Vec<Vec3> = sheet.rest().iter().map(lowered).collect();
+    relax(&mut mechanics, &mut x, 1e-11)?;
+    // The two forces of the plane, the last two effects.
+    let mut pull = |k: usize| mechanics.force_of(k, &x).iter().map(|f| f.z).sum::<f64>();
+    let pulled = -(pull(2) + pull(3)) / ribbons::width(&sheet);
+    Ok(Sample::new(&sheet, (12.0 * rigidity * height / pulled).cbrt(), exact))
 }
 
 /// The force on a strip that is bent round between two planes, in units of D/H².

@@ -1,6 +1,8 @@
-//! Contact: plates, a heavy strip, a strip between planes, a ring, a shell under a plate or a ball.
+//! Contact and adhesion: plates, a strip that is heavy or sticks, a strip between planes, a ring, a shell under a plate or a ball.
 
-use super::known_answers::contact::{bent_round, first_contact, lift_off, neck, plates, pressed};
+use super::known_answers::contact::{
+    bent_round, first_contact, lift_off, neck, peeled, plates, pressed, stuck,
+};
 use super::{converges, over};
 
 #[test]
@@ -8,6 +10,24 @@ fn plates_are_as_far_apart_as_their_barrier_carries() {
     for pressure in [0.01, 0.1, 1.0] {
         let samples = over(&[2, 8], |n| plates(n, pressure));
         converges(&format!("plates under {pressure}"), &samples, 2e-4, 1.0);
+    }
+}
+
+#[test]
+fn plates_that_stick_rest_where_well_and_barrier_balance() {
+    for work in [0.01, 0.1] {
+        for s in over(&[2, 8], |n| stuck(n, work)) {
+            assert!(s.error().abs() < 1e-6, "work {work}: {s:?}");
+        }
+    }
+}
+
+#[test]
+fn a_strip_peels_off_a_plane_where_its_curvature_is_that_of_the_work() {
+    for (range, limit) in [(0.1, 0.1), (0.025, 0.05)] {
+        for s in over(&[160], |n| peeled(n, range)) {
+            assert!(s.error().abs() < limit, "range {range}: {s:?}");
+        }
     }
 }
 

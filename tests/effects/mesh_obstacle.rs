@@ -8,8 +8,10 @@ use rumple::model::Potential;
 use rumple::sheet::{Shape, Sheet, generate, write};
 use rumple::{Simulation, Vec3};
 
+use super::running::at_end;
 use crate::common::{Noise, prepare};
 use crate::run::program::{folder, rumple, text};
+use crate::run::resumed::{assert_same, checkpoints, stopped};
 
 /// Writes `shape` of about so many vertices, moved by `shift`, as `mesh.obj`.
 fn write_mesh(folder: &Path, shape: &Shape, vertices: usize, shift: Vec3) -> Sheet {
@@ -186,4 +188,42 @@ fn a_start_in_the_mesh_is_refused_with_its_place() {
     let message = text(&out.stderr);
     assert_eq!(out.status.code(), Some(2), "{message}");
     assert!(message.contains("none.obj"), "{message}");
+}
+
+/// A ball that moves into a plate under drag.
+fn under_drag(folder: &Path) -> String {
+    write_mesh(folder, &SPHERE, 150, Vec3::new(0.0, 0.0, 1.65));
+    let moved = ", displacement = [0, 0, -1], ramp = { formula = 't' }";
+    let pin = "{ kind = 'pin', where = 'rim', axes = 'xyz' },";
+    plate(4.0, 120, 0.5, &format!("{pin} {}", obstacle(folder, moved)))
+        .replace("thickness = 0.2", "thickness = 0.2, drag = 1.0")
+        .replace(
+            "until = 0.5",
+            "until = 0.5, policy = 'simultaneous', integrator = { kind = 'staggered' }",
+        )
+}
+
+#[test]
+fn a_moving_mesh_gives_the_same_bits_on_any_number_of_threads_and_when_resumed() {
+    let here = folder("");
+    let scene = under_drag(here.path());
+    let bits = |threads: usize| -> Vec<[u64; 3]> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let mut simulation = pool.install(|| at_end(&scene));
+        assert!(force(&mut simulation) < -1e-2, "nothing is pushed");
+        simulation.state().x.iter().map(|x| [x.x, x.y, x.z].map(f64::to_bits)).collect()
+    };
+    assert_eq!(bits(1), bits(2));
+    std::fs::write(here.path().join("scene.toml"), scene).unwrap();
+    let often = ["--set", "checkpoint.every=1e-9", "--set", "checkpoint.keep=1000000"];
+    let run = [&["run", "scene.toml", "--out", "whole"], &often[..]].concat();
+    let out = rumple(here.path(), &run);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let (whole, other) = (here.path().join("whole"), here.path().join("other"));
+    let count = checkpoints(&whole).len();
+    assert!(count > 2, "{count} checkpoints");
+    stopped(&whole, &other, count / 2);
+    let out = rumple(here.path(), &["resume", other.to_str().unwrap(), "--quiet"]);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    assert_same(&whole, &other, "a moving mesh");
 }

@@ -19,7 +19,7 @@ use crate::common::irregular;
 
 /// A table of an effect, on a closed sheet or an open one, and its invariances: translation,
 /// rotation, and whether it leaves the sheet at rest alone.
-const SAMPLES: [(&str, &str, bool, [bool; 3]); 55] = [
+const SAMPLES: [(&str, &str, bool, [bool; 3]); 59] = [
     ("stretching", "model = 'bond'", false, [true, true, true]),
     ("stretching", "model = 'bond'\nweight = 'paper'", false, [true, true, true]),
     ("stretching", "model = 'stvk'", false, [true, true, true]),
@@ -68,6 +68,21 @@ const SAMPLES: [(&str, &str, bool, [bool; 3]); 55] = [
     ("volume", "exact = true\nramp = { formula = '1 + 0.1*t' }", true, [true, true, true]),
     ("contact", "", false, [true, true, true]),
     ("contact", "distance = 0.3\nstiffness = 2.0", true, [true, true, true]),
+    ("adhesion", "work = 0.2\ndistance = 0.5", false, [true, true, true]),
+    ("adhesion", "work = 0.2\ndistance = 0.4", true, [true, true, true]),
+    (
+        "adhesion",
+        "work = 0.3\ndistance = 0.9\nto = { plane = { point = [0.0, 0.0, -0.1], normal = [0.1, 0.0, 2.0] } }",
+        false,
+        [false; 3],
+    ),
+    (
+        "adhesion",
+        "work = 0.3\ndistance = 1.1\nto = { sphere = { centre = [0.3, 0.1, 0.0], radius = 2.9 } }\ndisplacement = [0.0, 0.1, 0.0]\n\
+         ramp = { formula = 't' }",
+        true,
+        [false; 3],
+    ),
     (
         "obstacle",
         "shape = { plane = { point = [0.0, 0.0, -0.1], normal = [0.1, 0.0, 2.0] } }",

@@ -14,7 +14,7 @@ const SHEET: &str = "sheet = { shape = \"disc\", radius = 10.0, vertices = 300 }
 const TIME: &str = "time = { until = 1.0 }";
 
 /// Page and heading of the reference, and scenes (but for the tables above) with an unknown key or name.
-const TABLES: [(&str, &str, &[&str]); 32] = [
+const TABLES: [(&str, &str, &[&str]); 33] = [
     (
         "sheet",
         "`[sheet]`",
@@ -87,6 +87,15 @@ const TABLES: [(&str, &str, &[&str]); 32] = [
             "effect = [{ kind = \"obstacle\", shape = { plane = { impossible = 0 } } }]",
             "effect = [{ kind = \"obstacle\", shape = { sphere = { impossible = 0 } } }]",
             "effect = [{ kind = \"obstacle\", shape = { cylinder = { impossible = 0 } } }]",
+        ],
+    ),
+    (
+        "effects",
+        "Adhesion",
+        &[
+            "effect = [{ kind = \"adhesion\", impossible = 0 }]",
+            "effect = [{ kind = \"adhesion\", to = { impossible = 0 } }]",
+            "effect = [{ kind = \"adhesion\", to = { plane = { impossible = 0 } } }]",
         ],
     ),
     ("effects", "Active-tension", &["effect = [{ kind = \"active-tension\", impossible = 0 }]"]),

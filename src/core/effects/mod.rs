@@ -47,7 +47,7 @@ pub use bending::{
     Bending, BendingModel, BendingWeight, HingeBending, MeyerBending, Rest, RestShape,
     SPONTANEOUS_CURVATURE,
 };
-pub use contact::{Contacts, Obstacle, ObstacleShape, SelfContact, Side};
+pub use contact::{Adhesion, Contacts, Obstacle, ObstacleShape, SelfContact, Side};
 pub use cotan::{Cotan, CotanOperator};
 pub use cross_diffusion::CrossDiffusion;
 pub use diffusion::{Diffusion, DiffusionMetric, DiffusionScheme};

@@ -5,9 +5,11 @@ mod advance;
 mod ball;
 mod clusters;
 mod deformation;
+mod list;
 mod nearest;
 mod neighbours;
 mod pairs;
+mod patches;
 mod search;
 
 pub use advance::{Kind, at};

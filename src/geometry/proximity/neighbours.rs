@@ -48,22 +48,25 @@ enum Pairs {
 
 /// How the corners of a cluster have moved: their mean displacement, and the largest deviation from it.
 #[derive(Debug, Clone, Copy)]
-struct Moved {
+pub(super) struct Moved {
     mean: Vec3,
-    spread: f64,
+    pub(super) spread: f64,
 }
 
 impl Moved {
+    /// Of one cluster.
+    pub(super) fn of(cluster: &Cluster, moved: &impl Fn(u32) -> Vec3) -> Self {
+        let corners = &cluster.corners;
+        let mean = corners.iter().map(|v| moved(*v)).sum::<Vec3>() / real(corners.len().max(1));
+        let apart = |v: &u32| (moved(*v) - mean).norm_squared();
+        let spread = corners.iter().map(apart).fold(0.0, f64::max).sqrt();
+        Self { mean, spread }
+    }
+
     /// Of all clusters, into `all`.
-    fn of(clusters: &[Cluster], moved: &(impl Fn(u32) -> Vec3 + Sync), all: &mut Vec<Self>) {
-        let of = |corners: &[u32]| {
-            let mean = corners.iter().map(|v| moved(*v)).sum::<Vec3>() / real(corners.len().max(1));
-            let apart = |v: &u32| (moved(*v) - mean).norm_squared();
-            let spread = corners.iter().map(apart).fold(0.0, f64::max).sqrt();
-            Self { mean, spread }
-        };
+    fn all(clusters: &[Cluster], moved: &(impl Fn(u32) -> Vec3 + Sync), all: &mut Vec<Self>) {
         all.resize(clusters.len(), Self { mean: Vec3::zeros(), spread: 0.0 });
-        parallel::fill(all, |k| of(&clusters[k].corners));
+        parallel::fill(all, |k| Self::of(&clusters[k], moved));
     }
 
     /// By how much features of two clusters have come nearer at most.
@@ -145,7 +148,7 @@ impl Neighbours {
         clusters: &[Cluster],
         moved: &(impl Fn(u32) -> Vec3 + Sync),
     ) -> f64 {
-        Moved::of(clusters, moved, &mut self.moved);
+        Moved::all(clusters, moved, &mut self.moved);
         let (all, listed) = (&self.moved, &self.of);
         let mean = all.iter().map(|moved| moved.mean).sum::<Vec3>() / real(all.len().max(1));
         let (common, far) = (Moved { mean, spread: 0.0 }, 0.5 * self.unlisted);
@@ -167,7 +170,7 @@ impl Neighbours {
         moved: &(impl Fn(u32) -> Vec3 + Sync),
     ) {
         let mut all = Vec::new();
-        Moved::of(clusters, moved, &mut all);
+        Moved::all(clusters, moved, &mut all);
         parallel::update(&mut self.of, |k, near| {
             for other in near.iter_mut().filter(|other| !matches!(other.pairs, Pairs::None)) {
                 let old = &before.of[k];

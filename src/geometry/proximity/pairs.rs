@@ -15,9 +15,11 @@ use rumple_numerics::parallel;
 use rumple_sheet::Sheet;
 
 use super::advance::{Kind, at};
-use super::clusters::{Cluster, Patch, clusters};
-use super::deformation::{Bound, Deformation, Gradient, change, largest_change};
+use super::clusters::{Cluster, clusters};
+use super::deformation::{Deformation, Deformed, changes};
+use super::list::List;
 use super::neighbours::Neighbours;
+use super::patches::Patch;
 use super::search::{Limit, Search};
 use crate::box_tree::{Bounds, BoxTree};
 
@@ -81,23 +83,8 @@ pub struct Proximity {
     /// Mean edge at rest.
     edge: f64,
     list: Option<List>,
-}
-
-/// Pairs, and how far the shape may go from where they were listed.
-#[derive(Debug)]
-struct List {
-    at: Vec<Vec3>,
-    range: Range,
-    /// Pairs by vertex and triangle, then by edges.
-    pairs: Vec<Pair>,
-    neighbours: Neighbours,
-    gradients: Vec<Gradient>,
-    /// By how much F may change on every triangle.
-    allowance: Vec<f64>,
-    /// How far apart the patches of clusters keep their points.
-    bounds: Vec<Option<Bound>>,
-    /// Where it was last seen to serve, and how far every vertex may go from there.
-    seen: Option<(Vec<Vec3>, f64)>,
+    /// Memory of where a step ends.
+    end: Vec<Vec3>,
 }
 
 impl Proximity {
@@ -107,8 +94,8 @@ impl Proximity {
         let clusters = clusters(sheet, reach);
         let boxes: Vec<Bounds> = clusters.iter().map(|c| c.bounds(sheet.rest())).collect();
         let tree = BoxTree::new(&boxes);
-        let deformation = Deformation::new(sheet);
-        Self { clusters, tree, deformation, edge, list: None }
+        let deformation = Deformation::new(sheet, &clusters);
+        Self { clusters, tree, deformation, edge, list: None, end: Vec::new() }
     }
 
     /// The same for a sheet of two bodies that are far apart at rest, the vertices of the first before `first`: pairs are
@@ -141,7 +128,9 @@ impl Proximity {
         range: &Range,
     ) -> f64 {
         self.listed(sheet, x, range);
-        let end: Vec<Vec3> = x.iter().zip(direction).map(|(x, d)| x + d).collect();
+        let mut end = std::mem::take(&mut self.end);
+        end.clear();
+        end.extend(x.iter().zip(direction).map(|(x, d)| x + d));
         let share = |pair: &Pair| {
             let from = at(x, &pair.corners);
             let least = APPROACH * pair.reach.min(pair.kind.distance(&from));
@@ -154,6 +143,7 @@ impl Proximity {
             true => self.list.as_ref().map_or(1.0, |list| least(&list.pairs)),
             false => least(&self.on_path(sheet, (x, direction), &end, range)),
         };
+        self.end = end;
         blocked.min(1.0)
     }
 
@@ -172,17 +162,18 @@ impl Proximity {
 
     /// The list at `x`, after the one `before`.
     fn make(&mut self, sheet: &Sheet, x: &[Vec3], range: Range, before: Option<List>) -> List {
-        let gradients = self.deformation.gradients(sheet, x);
+        let Self { clusters, deformation, .. } = &*self;
+        let deformed = deformation.at((sheet, clusters), x);
         let needed = OF_REST * range.shrinkage;
-        let changes = before.as_ref().map(|before| changes(&before.gradients, &gradients));
-        let mut bounds = vec![None; self.clusters.len()];
+        let old = before
+            .as_ref()
+            .map(|before| (before, changes(clusters, &before.gradients, &deformed.gradients)));
+        let mut bounds = vec![None; clusters.len()];
         parallel::fill(&mut bounds, |k| {
-            let cluster = &self.clusters[k];
-            let before = before.as_ref().zip(changes.as_ref()).and_then(|(before, changes)| {
-                let changed = largest_change(&cluster.patch, changes).sqrt();
-                Some((before.bounds[k].as_ref()?, changed))
+            let old = old.as_ref().and_then(|(before, changes)| {
+                Some((before.bounds[k].as_ref()?, clusters[k].patch.largest(changes)))
             });
-            self.deformation.bound(cluster, &gradients, needed, before)
+            deformation.bound((&clusters[k], k), &deformed, needed, old)
         });
         let slack = SLACK * self.edge;
         let limit = Limit { range: &range, share: 1.0, slack };
@@ -202,16 +193,12 @@ impl Proximity {
         };
         let search = Search { sheet, x, d: None, limit, keep: &keep };
         let pairs = neighbours.pairs(&self.clusters, &search);
-        let mut allowance = vec![f64::INFINITY; sheet.triangle_count()];
-        for (k, cluster) in self.clusters.iter().enumerate() {
-            if let Some(bound) = bounds[k].filter(|bound| bound.holds) {
-                let allowed = bound.allowance(&cluster.patch, needed);
-                let triangles = cluster.patch.triangles.iter().map(|t| *t as usize);
-                triangles.for_each(|t| allowance[t] = allowance[t].min(allowed));
-            }
-        }
-        let (at, seen) = (x.to_vec(), None);
-        List { at, range, pairs, neighbours, gradients, allowance, bounds, seen }
+        List::new(
+            &self.clusters,
+            (x, deformed.gradients),
+            (range, needed),
+            (pairs, neighbours, bounds),
+        )
     }
 
     /// All pairs that may touch on the step `d` from `x`, where a list serves, to `end`.
@@ -224,19 +211,18 @@ impl Proximity {
     ) -> Vec<Pair> {
         let Self { clusters, tree, deformation, list, .. } = self;
         let Some(List { gradients, bounds, .. }) = list else { return Vec::new() };
-        let [at_start, at_end] = [x, end].map(|x| deformation.gradients(sheet, x));
+        let [at_start, at_end] = [x, end].map(|x| deformation.at((sheet, clusters), x));
         let needed = APPROACH * OF_REST * range.shrinkage;
-        let changes = changes(gradients, &at_end);
+        let changes = changes(clusters, gradients, &at_end.gradients);
         let mut apart = vec![false; clusters.len()];
         parallel::fill(&mut apart, |k| {
             let patch = &clusters[k].patch;
-            let Some(bound) = bounds[k] else { return false };
+            let Some(bound) = &bounds[k] else { return false };
             // The bound is concave on the way: it holds there where it holds at both ends. Most patches that do not
             // keep points half as far apart as at rest still keep them from touching.
-            let holds = |at: &[Gradient]| deformation.least(patch, at, &bound.rotation) >= needed;
-            let allowed = bound.allowance(patch, needed).powi(2);
+            let holds = |at: &Deformed| deformation.keeps(patch, at, bound, needed);
             match bound.holds {
-                true => largest_change(patch, &changes) <= allowed || holds(&at_end),
+                true => patch.largest(&changes) <= bound.allowance(patch, needed) || holds(&at_end),
                 false => holds(&at_start) && holds(&at_end),
             }
         });
@@ -247,47 +233,6 @@ impl Proximity {
         let search = Search { sheet, x, d: Some(d), limit, keep: &keep };
         neighbours.pairs(clusters, &search)
     }
-}
-
-impl List {
-    /// Whether it holds all pairs that may be within their reach at `x`.
-    fn serves(
-        &mut self,
-        (sheet, clusters): (&Sheet, &[Cluster]),
-        x: &[Vec3],
-        deformation: &Deformation,
-    ) -> bool {
-        if self.at.len() != x.len() {
-            return false;
-        }
-        if let Some((seen, room)) = &self.seen {
-            let moved = parallel::max(x.len(), |v| (x[v] - seen[v]).norm_squared());
-            if moved.sqrt() < *room {
-                return true;
-            }
-        }
-        let moved = |v: u32| x[v as usize] - self.at[v as usize];
-        let near = self.neighbours.room(clusters, &moved);
-        let bent = |t: usize| {
-            if self.allowance[t] == f64::INFINITY {
-                return f64::NEG_INFINITY;
-            }
-            let changed = change(&self.gradients[t], &deformation.gradient(sheet, x, t));
-            (changed.sqrt() - self.allowance[t]) / deformation.largest_change(t)
-        };
-        let room = near.min(-parallel::max(self.allowance.len(), bent));
-        if room >= 0.0 {
-            self.seen = Some((x.to_vec(), room));
-        }
-        room >= 0.0
-    }
-}
-
-/// |ΔF|² of every triangle.
-fn changes(from: &[Gradient], to: &[Gradient]) -> Vec<f64> {
-    let mut all = vec![0.0; from.len()];
-    parallel::fill(&mut all, |t| change(&from[t], &to[t]));
-    all
 }
 
 /// The reach of a pair.

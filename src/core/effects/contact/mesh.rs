@@ -18,6 +18,7 @@
 use std::path::Path;
 
 use super::barrier::Barrier;
+use super::law::Law;
 use super::touching::{self, Contact, Weights};
 use super::{EDGES, TOUCH, halves, sums};
 use crate::Vec3;
@@ -80,8 +81,7 @@ impl MeshBody {
     /// All contacts at `shape`.
     fn at(&self, shape: &Shape<'_>, work: &mut MeshWork) -> Vec<Contact> {
         let weights = Weights {
-            stiffness: self.barrier.stiffness,
-            reach: self.barrier.reach,
+            law: Law::Barrier(self.barrier),
             vertex: &self.vertex,
             edge: &self.edge,
             rest: self.both.rest(),

@@ -20,9 +20,11 @@
 //! **Hessian.** Exact, but for derivatives of the reach by optimal lengths, which are left out; the positive part has what
 //! acts across the gap, `b'' ∇d ∇dᵀ`.
 //!
-//! References: those of `barrier.rs` and `touching.rs`. Not covered: friction; adhesion; exchange of species.
+//! References: those of `barrier.rs` and `touching.rs`. Not covered: friction; exchange of species.
 
+mod adhesion;
 mod barrier;
+mod law;
 mod mesh;
 mod mollifier;
 mod obstacle;
@@ -43,7 +45,9 @@ use crate::linear::BlockMatrix;
 use crate::num::checked::Positive;
 use crate::parallel;
 use crate::sheet::{Edge, Sheet};
+pub use adhesion::Adhesion;
 use barrier::Barrier;
+use law::Law;
 pub use obstacle::{Obstacle, ObstacleShape, Side};
 use separate::Start;
 use touching::{Contact, Weights};
@@ -86,8 +90,8 @@ impl EffectSpec for SelfContact {
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let thickness = context.material.map(|m| m.thickness);
-        let Barrier { reach: distance, stiffness } =
-            barrier_of((self.distance, thickness), self.stiffness, context.material)?;
+        let barrier = barrier_of((self.distance, thickness), self.stiffness, context.material)?;
+        let distance = barrier.reach;
         if let Some(thickness) = thickness.filter(|h| distance > *h) {
             let message = format!(
                 "contact at a distance of {distance} would act between surfaces that do not touch: the sheet is \
@@ -96,7 +100,7 @@ impl EffectSpec for SelfContact {
             let help = Some("at most material.thickness, which it is without the key".into());
             return Err(EffectError { key: "distance", message, help });
         }
-        let contacts = Contacts::new(context.sheet, distance, stiffness);
+        let contacts = Contacts::by_law(context.sheet, Law::Barrier(barrier));
         Ok(Effect::energy(Contacts { separate: self.separate, ..contacts }))
     }
 }
@@ -136,13 +140,10 @@ fn halves(sheet: &Sheet) -> (Vec<f64>, Vec<f64>) {
     (vertex, edge)
 }
 
-/// Self-contact of one sheet.
+/// Self-contact of one sheet, or its adhesion to itself.
 #[derive(Debug)]
 pub struct Contacts {
-    /// d̂.
-    distance: f64,
-    /// κ.
-    stiffness: f64,
+    law: Law,
     /// Half of the rest area of vertices and of edges.
     vertex: Vec<f64>,
     edge: Vec<f64>,
@@ -153,18 +154,21 @@ impl Contacts {
     /// On `sheet`, at distances below `distance`, with the stiffness κ.
     #[must_use]
     pub fn new(sheet: &Sheet, distance: f64, stiffness: f64) -> Self {
+        Self::by_law(sheet, Law::Barrier(Barrier { stiffness, reach: distance }))
+    }
+
+    fn by_law(sheet: &Sheet, law: Law) -> Self {
         let (vertex, edge) = halves(sheet);
-        Self { distance, stiffness, vertex, edge, separate: false }
+        Self { law, vertex, edge, separate: false }
     }
 
     /// All contacts at `shape`.
     fn at(&self, shape: &Shape<'_>, work: &mut ContactWork) -> Vec<Contact> {
         let range = self.range(work);
-        let proximity = work.proximity(shape, self.distance);
+        let proximity = work.proximity(shape, self.law.reach());
         let near = proximity.near(shape.sheet, shape.x, &range);
         let weights = Weights {
-            stiffness: self.stiffness,
-            reach: self.distance,
+            law: self.law,
             vertex: &self.vertex,
             edge: &self.edge,
             rest: shape.sheet.rest(),
@@ -174,7 +178,11 @@ impl Contacts {
 
     fn range(&self, work: &ContactWork) -> Range {
         let shrinkage = work.shrinkage.unwrap_or(1.0);
-        Range { points: self.distance, edges: EDGES * self.distance, shrinkage }
+        let (points, edges) = (self.law.reach(), EDGES * self.law.reach());
+        match self.law {
+            Law::Barrier(_) => Range { points, edges, shrinkage },
+            Law::Well(_) => Range { points, edges: 0.0, shrinkage },
+        }
     }
 }
 
@@ -240,7 +248,7 @@ impl Energy for Contacts {
 
     fn largest_step(&self, from: &Shape<'_>, work: &mut ContactWork, direction: &[Vec3]) -> f64 {
         let range = self.range(work);
-        work.proximity(from, self.distance).largest_step(from.sheet, (from.x, direction), &range)
+        work.proximity(from, self.law.reach()).largest_step(from.sheet, (from.x, direction), &range)
     }
 
     fn is_contact(&self) -> bool {
@@ -261,7 +269,7 @@ impl Energy for Contacts {
             return None;
         }
         let range = self.range(work);
-        let proximity = work.proximity(shape, self.distance);
+        let proximity = work.proximity(shape, self.law.reach());
         let start = Start { sheet: shape.sheet, x: shape.x, pins, range, proximity };
         start.separated()
     }
@@ -284,7 +292,7 @@ impl Energy for Contacts {
         // What touches in the rest positions too has no reach.
         let least = TOUCH * shape.metric.mean_edge();
         let range = Range { points: least, edges: least, shrinkage: f64::INFINITY };
-        let proximity = work.proximity(shape, self.distance);
+        let proximity = work.proximity(shape, self.law.reach());
         let (points, edges) = proximity.near(shape.sheet, shape.x, &range);
         let mut pairs = points.iter().chain(edges);
         let touch = pairs.find(|p| !(p.kind.distance(&at(shape.x, &p.corners)) > least))?;

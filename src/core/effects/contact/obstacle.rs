@@ -25,8 +25,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::barrier::Barrier;
 use super::barrier_of;
+use super::law::Law;
 use super::mesh::MeshBody;
 use crate::Vec3;
 use crate::effects::field::named;
@@ -156,7 +156,7 @@ impl EffectSpec for Obstacle {
             }
             Form::Smooth(surface) => {
                 let area = lumped_areas(context.sheet);
-                Effect::energy(Body { surface, barrier, by, factor, area })
+                Effect::energy(Body { surface, law: Law::Barrier(barrier), by, factor, area })
             }
         })
     }
@@ -165,14 +165,14 @@ impl EffectSpec for Obstacle {
 crate::register_kind!(dyn EffectSpec, "obstacle", Obstacle);
 
 /// How the distance from an obstacle is known.
-enum Form<'a> {
+pub(super) enum Form<'a> {
     Smooth(Surface),
     Mesh(&'a Path),
 }
 
 /// A surface with its signed distance.
 #[derive(Debug, Clone, Copy)]
-struct Surface {
+pub(super) struct Surface {
     point: Vec3,
     /// The directions that count: all, or those across an axis, or along a normal.
     across: Block,
@@ -184,7 +184,7 @@ struct Surface {
 }
 
 impl<'a> Form<'a> {
-    fn new(shape: &'a ObstacleShape) -> Result<Self, EffectError> {
+    pub(super) fn new(shape: &'a ObstacleShape) -> Result<Self, EffectError> {
         let vector = |v: [Finite; 3]| Vec3::from(v.map(Finite::get));
         let unit = |v: [Finite; 3], what: &str| {
             let message = format!("the {what} must be a nonzero vector");
@@ -239,15 +239,16 @@ impl Surface {
     }
 }
 
-/// An obstacle for one sheet.
+/// A body with a smooth surface, for one sheet.
 #[derive(Debug)]
-struct Body {
-    surface: Surface,
-    barrier: Barrier,
+pub(super) struct Body {
+    pub(super) surface: Surface,
+    pub(super) law: Law,
     /// The displacement at the factor 1.
-    by: Vec3,
-    factor: Factor,
-    area: Vec<f64>,
+    pub(super) by: Vec3,
+    pub(super) factor: Factor,
+    /// The rest area of every vertex.
+    pub(super) area: Vec<f64>,
 }
 
 impl Body {
@@ -260,11 +261,14 @@ impl Body {
         move |i| self.surface.at(&(shape.x[i] - by))
     }
 
-    /// b, b' and b'' at the signed distance `s` of vertex i, times its area.
-    fn barrier(&self, i: usize, s: f64) -> [f64; 3] {
-        let b = &self.barrier;
-        let d = s.max(PARABOLA * b.reach);
-        let (energy, slope, curvature) = (b.energy(d), b.slope(d), b.curvature(d));
+    /// Energy, slope and curvature at the signed distance `s` of vertex i, times its area.
+    fn energies(&self, i: usize, s: f64) -> [f64; 3] {
+        let law = &self.law;
+        let d = match law {
+            Law::Barrier(barrier) => s.max(PARABOLA * barrier.reach),
+            Law::Well(_) => s,
+        };
+        let (energy, slope, curvature) = (law.energy(d), law.slope(d), law.curvature(d));
         let beyond = s - d;
         let energy = energy + beyond * (slope + 0.5 * beyond * curvature);
         [energy, slope + beyond * curvature, curvature].map(|value| self.area[i] * value)
@@ -275,7 +279,7 @@ impl Energy for Body {
     type Work = ();
 
     fn name(&self) -> &'static str {
-        "obstacle"
+        if self.is_contact() { "obstacle" } else { "adhesion" }
     }
 
     fn coupling(&self) -> Coupling {
@@ -291,12 +295,12 @@ impl Energy for Body {
         if let Some(gradient) = gradient {
             parallel::update(gradient, |i, g| {
                 let (s, n, _) = distance(i);
-                if s < self.barrier.reach {
-                    *g += self.barrier(i, s)[1] * n;
+                if s < self.law.reach() {
+                    *g += self.energies(i, s)[1] * n;
                 }
             });
         }
-        parallel::sum(shape.x.len(), |i| self.barrier(i, distance(i).0)[0])
+        parallel::sum(shape.x.len(), |i| self.energies(i, distance(i).0)[0])
     }
 
     fn add_hessian(
@@ -309,24 +313,26 @@ impl Energy for Body {
         let distance = self.distances(shape);
         into.update_rows(|i, row| {
             let (s, n, bend) = distance(i);
-            if s >= self.barrier.reach {
+            if s >= self.law.reach() {
                 return;
             }
-            let [_, slope, curvature] = self.barrier(i, s);
-            // slope ≤ 0: where the sheet is inside of a surface, its bend is negative too.
-            let bends = part == HessianPart::Full || self.surface.sign < 0.0;
+            let [_, slope, curvature] = self.energies(i, s);
+            // The bend is negative where the sheet is inside of a surface.
+            let full = part == HessianPart::Full;
+            let bends = full || slope * self.surface.sign >= 0.0;
             let across = if bends { slope * bend } else { Block::zeros() };
-            row.add(i, &(curvature * n * n.transpose() + across));
+            let along = if full { curvature } else { curvature.max(0.0) };
+            row.add(i, &(along * n * n.transpose() + across));
         });
     }
 
     fn is_contact(&self) -> bool {
-        true
+        matches!(self.law, Law::Barrier(_))
     }
 
     fn touching(&self, shape: &Shape<'_>, (): &mut ()) -> Touching {
         let distance = self.distances(shape);
-        let near = (0..shape.x.len()).map(|i| distance(i).0).filter(|s| *s < self.barrier.reach);
+        let near = (0..shape.x.len()).map(|i| distance(i).0).filter(|s| *s < self.law.reach());
         near.fold(Touching { pairs: 0, gap: f64::INFINITY }, |all, s| Touching {
             pairs: all.pairs + 1,
             gap: all.gap.min(s),

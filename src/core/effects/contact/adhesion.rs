@@ -1,0 +1,198 @@
+//! Adhesion of a sheet to itself, or to a body with a smooth surface: a well of the distance.
+//!
+//! ```text
+//! a(d) = -w (1 - u²)³,   u = d/r < 1;   0 beyond
+//! a'(d) = 6 w/r u (1 - u²)²        at most 1.717 w/r, at d = r/√5
+//! ```
+//!
+//! w is energy per rest area, r the range. a takes the place of the barrier in the sums over vertices and triangles of
+//! `mod.rs`, or over vertices of `obstacle.rs`: two parallel sheets at a distance d pull on one another with the traction a'(d), whatever
+//! their meshes. Edges do not stick to edges.
+//!
+//! Surfaces that a barrier b keeps apart rest where `a' + b' = 0`; the work of parting them is -(a + b) there, which is w where
+//! the reach of the barrier is much smaller than r. A strip of rigidity D peels off where its curvature is κ = √(2w/D), while the length
+//! (D r²/w)^¼ over which it comes off is small.
+//!
+//! Features whose distance at rest is below 2r, times how far the sheet is to shrink, do not stick to one another: they are
+//! neighbours on the sheet.
+//!
+//! **Hessian.** Exact; the positive part has what acts across the gap, where a'' > 0.
+//!
+//! Potentials of this kind beside a barrier: Fang, Li, Jiang & Kaufman, *Augmented incremental potential contact for sticky
+//! interactions*, IEEE Trans. Vis. Comput. Graph. (2023), doi:10.1109/TVCG.2023.3295656; theirs is of second order in
+//! pieces. The curvature at the edge of what sticks: Majidi & Adams, *A simplified formulation of adhesion problems with elastic
+//! plates*, Proc. R. Soc. A 465 (2009) 2217, doi:10.1098/rspa.2009.0060.
+
+use serde::{Deserialize, Serialize};
+
+use super::law::Law;
+use super::obstacle::{Body, Form};
+use super::{ContactWork, Contacts, ObstacleShape};
+use crate::Vec3;
+use crate::effects::{
+    BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, Factor,
+    HessianPart, Needs, Ramp,
+};
+use crate::geometry::{Conditions, Shape, lumped_areas};
+use crate::num::checked::{Finite, Positive};
+use crate::sheet::Sheet;
+
+/// The well.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Well {
+    /// w.
+    pub(super) work: f64,
+    /// r.
+    pub(super) reach: f64,
+}
+
+impl Well {
+    /// 1 - u² where surfaces stick, else 0; and u.
+    fn depth(&self, d: f64) -> (f64, f64) {
+        let u = d / self.reach;
+        ((1.0 - u * u).max(0.0), u)
+    }
+
+    /// a.
+    pub(super) fn energy(&self, d: f64) -> f64 {
+        let (depth, _) = self.depth(d);
+        -self.work * depth * depth * depth
+    }
+
+    /// a'.
+    pub(super) fn slope(&self, d: f64) -> f64 {
+        let (depth, u) = self.depth(d);
+        6.0 * self.work / self.reach * u * depth * depth
+    }
+
+    /// a''.
+    pub(super) fn curvature(&self, d: f64) -> f64 {
+        let (depth, u) = self.depth(d);
+        6.0 * self.work / (self.reach * self.reach) * depth * (1.0 - 5.0 * u * u)
+    }
+}
+
+/// Parameters of adhesion in a scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Adhesion {
+    /// w, energy per rest area.
+    pub work: Positive,
+    /// The range r, length.
+    pub distance: Positive,
+    /// What the sheet sticks to; itself without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub to: Option<ObstacleShape>,
+    /// Where that moves.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub displacement: Option<[Finite; 3]>,
+    /// The factor of the displacement in time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ramp: Option<Ramp>,
+}
+
+#[typetag::serialize(name = "adhesion")]
+impl EffectSpec for Adhesion {
+    fn needs(&self) -> Needs {
+        let along_z = match &self.to {
+            Some(ObstacleShape::Plane { normal, .. }) => normal[2].get() != 0.0,
+            to => to.is_some(),
+        };
+        Needs { out_of_plane: along_z.then_some("to"), ..Needs::default() }
+    }
+
+    fn breakpoints(&self, _: &Sheet, until: f64) -> Vec<f64> {
+        Factor::new(self.ramp.as_ref()).map_or_else(|_| Vec::new(), |ramp| ramp.breakpoints(until))
+    }
+
+    fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
+        let law = Law::Well(Well { work: self.work.get(), reach: self.distance.get() });
+        let refused = |key, message: &str, help: &str| {
+            Err(EffectError { key, message: message.into(), help: Some(help.into()) })
+        };
+        let Some(to) = &self.to else {
+            if self.displacement.is_some() || self.ramp.is_some() {
+                let key = if self.ramp.is_some() { "ramp" } else { "displacement" };
+                let message = "a sheet that sticks to itself has nothing that moves";
+                return refused(key, message, "`to` says what else it sticks to");
+            }
+            return Ok(Effect::energy(Sticky(Contacts::by_law(context.sheet, law))));
+        };
+        let form = Form::new(to).map_err(|error| EffectError { key: "to", ..error })?;
+        let Form::Smooth(surface) = form else {
+            let message = "a sheet does not stick to a mesh";
+            return refused("to", message, "a plane, a sphere or a cylinder");
+        };
+        let factor = Factor::new(self.ramp.as_ref())?;
+        let by = self.displacement.map_or(Vec3::zeros(), |d| Vec3::from(d.map(Finite::get)));
+        let area = lumped_areas(context.sheet);
+        Ok(Effect::energy(Body { surface, law, by, factor, area }))
+    }
+}
+
+crate::register_kind!(dyn EffectSpec, "adhesion", Adhesion);
+
+/// Adhesion of a sheet to itself.
+#[derive(Debug)]
+struct Sticky(Contacts);
+
+impl Energy for Sticky {
+    type Work = ContactWork;
+
+    fn name(&self) -> &'static str {
+        "adhesion"
+    }
+
+    fn coupling(&self) -> Coupling {
+        Coupling { pairs: true, ..Coupling::NONE }
+    }
+
+    fn prepare(&self, conditions: &Conditions<'_>, work: &mut ContactWork) {
+        self.0.prepare(conditions, work);
+    }
+
+    fn evaluate(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut ContactWork,
+        gradient: Option<&mut [Vec3]>,
+    ) -> f64 {
+        self.0.evaluate(shape, work, gradient)
+    }
+
+    fn add_hessian(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut ContactWork,
+        part: HessianPart,
+        into: &mut BlockMatrix,
+    ) {
+        self.0.add_hessian(shape, work, part, into);
+    }
+
+    fn pairs(&self, shape: &Shape<'_>, work: &mut ContactWork, pairs: &mut Vec<[u32; 2]>) {
+        self.0.pairs(shape, work, pairs);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn derivatives_are_those_of_the_energy() {
+        let well = Well { work: 3.0, reach: 0.7 };
+        let mut steepest = 0.0f64;
+        for k in 1..700 {
+            let (d, h) = (1e-3 * f64::from(k), 1e-6);
+            let slope = (well.energy(d + h) - well.energy(d - h)) / (2.0 * h);
+            let curvature = (well.slope(d + h) - well.slope(d - h)) / (2.0 * h);
+            assert!((slope - well.slope(d)).abs() < 1e-7, "{d}");
+            assert!((curvature - well.curvature(d)).abs() < 1e-6, "{d}");
+            steepest = steepest.max(slope);
+        }
+        assert!((steepest - 1.717 * 3.0 / 0.7).abs() < 1e-2, "{steepest}");
+        assert_eq!([well.energy(0.0), well.slope(0.0), well.energy(0.7)], [-3.0, 0.0, 0.0]);
+        assert_eq!([well.slope(0.8), well.curvature(0.7)], [0.0, 0.0]);
+    }
+}

@@ -1,0 +1,147 @@
+//! The list of pairs at a shape, and how far shapes may go from there.
+//!
+//! Whether the list still serves is asked at every evaluation and on every step. The answer needs F of every triangle and the motion of
+//! every cluster; it also gives how far every vertex may go from there until some part of it may no longer hold. Beyond that, F of a
+//! cluster is asked for where its corners have moved further relative to one another; where most have, all of it is asked again.
+
+use rumple_numerics::Vec3;
+use rumple_numerics::num::real;
+use rumple_numerics::parallel;
+use rumple_sheet::Sheet;
+
+use super::clusters::Cluster;
+use super::deformation::{Bound, Deformation, Gradient, change};
+use super::neighbours::{Moved, Neighbours};
+use super::pairs::{Pair, Range};
+
+/// Up to this share of all clusters are asked alone.
+const FEW: f64 = 0.25;
+
+/// Pairs, and how far the shape may go from where they were listed.
+#[derive(Debug)]
+pub(super) struct List {
+    pub(super) at: Vec<Vec3>,
+    pub(super) range: Range,
+    /// Pairs by vertex and triangle, then by edges.
+    pub(super) pairs: Vec<Pair>,
+    pub(super) neighbours: Neighbours,
+    pub(super) gradients: Vec<Gradient>,
+    /// How far apart the patches of clusters keep their points.
+    pub(super) bounds: Vec<Option<Bound>>,
+    /// By how much F may change on the triangles of every cluster.
+    allowance: Vec<f64>,
+    /// Where it was last seen to serve.
+    seen: Option<Seen>,
+}
+
+/// A shape at which a list serves, and how far vertices may go from there.
+#[derive(Debug, Default)]
+struct Seen {
+    at: Vec<Vec3>,
+    /// How far the corners of every cluster may go until F may have changed too much.
+    rooms: Vec<f64>,
+    /// The square of how far every vertex may go.
+    free: Vec<f64>,
+}
+
+impl List {
+    /// At `x` for this range, where patches that hold have `needed`.
+    pub(super) fn new(
+        clusters: &[Cluster],
+        (x, gradients): (&[Vec3], Vec<Gradient>),
+        (range, needed): (Range, f64),
+        (pairs, neighbours, bounds): (Vec<Pair>, Neighbours, Vec<Option<Bound>>),
+    ) -> Self {
+        let mut allowance = vec![f64::INFINITY; clusters.len()];
+        for (cluster, bound) in clusters.iter().zip(&bounds) {
+            if let Some(bound) = bound.filter(|bound| bound.holds) {
+                let allowed = bound.allowance(&cluster.patch, needed);
+                let own = cluster.patch.clusters.iter().map(|k| *k as usize);
+                own.for_each(|k| allowance[k] = allowance[k].min(allowed));
+            }
+        }
+        let at = x.to_vec();
+        Self { at, range, pairs, neighbours, gradients, bounds, allowance, seen: None }
+    }
+
+    /// Whether it holds all pairs that may be within their reach at `x`.
+    pub(super) fn serves(
+        &mut self,
+        on: (&Sheet, &[Cluster]),
+        x: &[Vec3],
+        deformation: &Deformation,
+    ) -> bool {
+        if self.at.len() != x.len() {
+            return false;
+        }
+        if let Some(serves) = self.as_seen(on, x, deformation) {
+            return serves;
+        }
+        let clusters = on.1;
+        let moved = |v: u32| x[v as usize] - self.at[v as usize];
+        let near = self.neighbours.room(clusters, &moved);
+        let mut seen = self.seen.take().unwrap_or_default();
+        seen.rooms.resize(clusters.len(), 0.0);
+        parallel::fill(&mut seen.rooms, |k| self.room(on, k, x, deformation));
+        if !(near >= 0.0) || !seen.rooms.iter().all(|room| *room >= 0.0) {
+            return false;
+        }
+        seen.at.clear();
+        seen.at.extend_from_slice(x);
+        seen.free.clear();
+        seen.free.resize(x.len(), near * near);
+        for (cluster, room) in clusters.iter().zip(&seen.rooms) {
+            for v in &cluster.corners {
+                let free = &mut seen.free[*v as usize];
+                *free = free.min(room * room);
+            }
+        }
+        self.seen = Some(seen);
+        true
+    }
+
+    /// Whether it serves at `x`, as far as the shape last seen shows.
+    fn as_seen(
+        &mut self,
+        on: (&Sheet, &[Cluster]),
+        x: &[Vec3],
+        deformation: &Deformation,
+    ) -> Option<bool> {
+        let Seen { at, rooms, free } = self.seen.as_ref()?;
+        if parallel::max(x.len(), |v| (x[v] - at[v]).norm_squared() - free[v]) < 0.0 {
+            return Some(true);
+        }
+        let clusters = on.1;
+        let moved = |v: u32| x[v as usize] - at[v as usize];
+        let mut further = vec![false; clusters.len()];
+        parallel::fill(&mut further, |k| !(Moved::of(&clusters[k], &moved).spread < rooms[k]));
+        let doubtful: Vec<usize> = (0..clusters.len()).filter(|k| further[*k]).collect();
+        if real(doubtful.len()) > FEW * real(clusters.len()) {
+            return None;
+        }
+        let moved = |v: u32| x[v as usize] - self.at[v as usize];
+        let near = self.neighbours.room(clusters, &moved) >= 0.0;
+        Some(near && doubtful.into_iter().all(|k| self.room(on, k, x, deformation) >= 0.0))
+    }
+
+    /// How much further the corners of cluster `k` may go until F may have changed too much; less than 0 where it has.
+    fn room(
+        &self,
+        (sheet, clusters): (&Sheet, &[Cluster]),
+        k: usize,
+        x: &[Vec3],
+        deformation: &Deformation,
+    ) -> f64 {
+        let allowed = self.allowance[k];
+        if allowed == f64::INFINITY {
+            return f64::INFINITY;
+        }
+        let changed = |t: &u32| {
+            let t = *t as usize;
+            change(&self.gradients[t], &deformation.gradient(sheet, x, t))
+        };
+        let larger = |a: f64, b: f64| if b > a || b.is_nan() { b } else { a };
+        let most = clusters[k].triangles.iter().map(changed).fold(0.0, larger);
+        (allowed - most.sqrt()) / deformation.steepest[k]
+    }
+}
