@@ -171,7 +171,7 @@ impl Lattice {
 
     fn point(&self, row: usize, i: usize) -> Vec3 {
         let n = real(self.intervals);
-        let x = if row % 2 == 0 { real(i) } else { (real(i) - 0.5).clamp(0.0, n) };
+        let x = if row.is_multiple_of(2) { real(i) } else { (real(i) - 0.5).clamp(0.0, n) };
         let [width, height] = self.size;
         let y = real(row) / real(self.rows - 1);
         Vec3::new(width * (x / n - 0.5), height * (y - 0.5), 0.0)
