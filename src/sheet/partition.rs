@@ -185,6 +185,17 @@ impl Part {
 }
 
 impl Sheet {
+    /// Of `values`, one a vertex or one a triangle of the sheet that this is a part of, those of its own vertices or
+    /// triangles; `None` where there are more or fewer.
+    #[must_use]
+    pub fn part_of<T: Clone>(&self, values: &[T], on_triangles: bool) -> Option<Vec<T>> {
+        let kind = usize::from(on_triangles);
+        let count = [self.vertex_count(), self.triangle_count()][kind];
+        let number = |i| if on_triangles { self.triangle_number(i) } else { self.number(i) };
+        let fits = values.len() == self.counts_of_whole()[kind];
+        fits.then(|| (0..count).map(|i| values[number(i) as usize].clone()).collect())
+    }
+
     /// For every vertex whether it is a ghost that no owned vertex is a neighbour of, as its three directions: what around
     /// it is missing here.
     #[must_use]

@@ -251,19 +251,6 @@ impl Sheet {
         self.share.as_ref().map_or(index(t), |share| share.triangle_numbers[t])
     }
 
-    /// Of `values`, one a vertex or one a triangle of the sheet that this is a part of, those of its own vertices or
-    /// triangles; `None` where there are more or fewer.
-    #[must_use]
-    pub fn part_of<T: Clone>(&self, values: &[T], on_triangles: bool) -> Option<Vec<T>> {
-        let count = [self.vertex_count(), self.triangle_count()][usize::from(on_triangles)];
-        let Some(share) = &self.share else {
-            return (values.len() == count).then(|| values.to_vec());
-        };
-        let numbers = [&share.numbers, &share.triangle_numbers][usize::from(on_triangles)];
-        let fits = values.len() == share.whole[usize::from(on_triangles)];
-        fits.then(|| numbers.iter().map(|&i| values[i as usize].clone()).collect())
-    }
-
     /// How many vertices and triangles the sheet has that this is a part of.
     #[must_use]
     pub fn counts_of_whole(&self) -> [usize; 2] {
