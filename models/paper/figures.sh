@@ -123,6 +123,23 @@ relaxed() {
     draw relaxed c 3 relaxed-h1:{4,12,20}:top relaxed-h1.5:{4,12,20}:top relaxed-D60:{0,4,8}:top
 }
 
+# Model I with contact and without, on a smaller disc: densities of 20 000 vertices (h = 0.5) and 8 000 on R = 100.
+contact() {
+    local contact="$out/contact.toml" small=(--set sheet.radius=50) h1 h15
+    sed 's/^\[kinetics\]/[[effect]]\nkind = "contact"\n\n[kinetics]/' "$model_i" >"$contact"
+    h1=("${small[@]}" --set sheet.vertices=2000 --set material.thickness=1 --set time.until=140 --set output.every=10)
+    h15=("${small[@]}" --set sheet.vertices=2000 --set material.thickness=1.5 --set time.until=300 --set output.every=20)
+    small+=(--set sheet.vertices=5000 --set time.until=100 --set output.every=5)
+    run none-h0.5 "$model_i" "${small[@]}"
+    run contact-h0.5 "$contact" "${small[@]}"
+    run none-h1 "$model_i" "${h1[@]}"
+    run contact-h1 "$contact" "${h1[@]}"
+    run none-h1.5 "$model_i" "${h15[@]}"
+    run contact-h1.5 "$contact" "${h15[@]}"
+    for name in {none,contact}-h{0.5,1,1.5}; do numbers $name c 0.1 0.4; done
+    draw contact c 4 {none,contact}-h0.5:{10,20,45,100}:top {none,contact}-h1:{20,60,100,140}:top
+}
+
 # The same relaxed loosely, by a plain metric, as printed.
 loosely() {
     run loose "$loose"
@@ -169,7 +186,7 @@ feedback() {
         --set time.until=60 --set output.every=10 --level 0.5
 }
 
-figures=(evolution threshold map thick relaxed loosely shell mesh motors starts feedback)
+figures=(evolution threshold map thick relaxed contact loosely shell mesh motors starts feedback)
 [[ $# -gt 0 ]] || { echo "figures: ${figures[*]}, or all"; exit 0; }
 [[ $1 != all ]] || set -- "${figures[@]}"
 failed=()
