@@ -14,8 +14,8 @@ use crate::scene::Scene;
 use crate::sheet::Sheet;
 use crate::sheet::quality::triangle_quality;
 
-use super::internal::vertex_means;
-use super::{Result, internal};
+use super::internal_variables::vertex_means;
+use super::{Result, internal_variables};
 
 /// Fields besides species and signals: name, unit, and what they are.
 const OTHERS: [(&str, &str); 5] = [
@@ -132,7 +132,7 @@ impl Fields {
             point.push(interleaved(titled(signal.name(), signal.unit()), &parts));
         }
         self.add_others(at, &mut point, &mut cell)?;
-        internal::add_fields((model, state), &self.names, (&mut point, &mut cell));
+        internal_variables::add_fields((model, state), &self.names, (&mut point, &mut cell));
         let field_data = global_values(at)?;
         Ok(Frame {
             time: state.time,

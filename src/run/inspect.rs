@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde_json::{Map, Value, json};
 
-use super::{Error, Result, Simulation, internal, planar};
+use super::{Error, Result, Simulation, internal_variables, planar};
 use crate::Stepper;
 use crate::Vec3;
 use crate::geometry::Curvature;
@@ -35,7 +35,7 @@ pub fn take_state(simulation: &mut Simulation, surface: &Surface) -> Result<()> 
     simulation.stepper.state.x.copy_from_slice(&surface.points);
     let model = Arc::clone(simulation.model());
     for (k, term) in model.internal().iter().enumerate() {
-        let values = internal::read(&**term, model.sheet(), surface).map_err(refuse)?;
+        let values = internal_variables::read(&**term, model.sheet(), surface).map_err(refuse)?;
         simulation.stepper.state.internal[k] = values;
     }
     let Some(chemistry) = model.chemistry() else { return Ok(()) };

@@ -20,7 +20,7 @@ pub mod forecast;
 mod incidents;
 mod initial_state;
 pub mod inspect;
-mod internal;
+mod internal_variables;
 mod invariants;
 pub mod laws;
 mod ledger_row;

@@ -67,8 +67,8 @@ impl EffectSpec for DirectedGrowth {
         if !across.is_finite() {
             return refuse(format!("the exponent is {across}"), "a finite number");
         }
-        let square = self.fibre.along_edges(context)?;
-        let direction = Direction { square, across };
+        let cos_squared = self.fibre.along_edges(context)?;
+        let direction = Direction { cos_squared, across };
         Ok(Effect { direction: Some(direction), ..Effect::default() })
     }
 }
@@ -79,7 +79,7 @@ crate::register_kind!(dyn EffectSpec, "directed-growth", DirectedGrowth);
 #[derive(Debug, Clone)]
 pub struct Direction {
     /// cos² θ.
-    square: Vec<f64>,
+    cos_squared: Vec<f64>,
     /// p.
     across: f64,
 }
@@ -89,9 +89,9 @@ impl Direction {
     #[must_use]
     #[inline]
     pub fn at(&self, edge: usize, along: f64, across: f64) -> (f64, [f64; 2]) {
-        let square = self.square[edge];
-        let all = (along * along * square + across * across * (1.0 - square)).sqrt();
-        (all, [along * square / all, across * (1.0 - square) / all])
+        let cos_squared = self.cos_squared[edge];
+        let all = (along * along * cos_squared + across * across * (1.0 - cos_squared)).sqrt();
+        (all, [along * cos_squared / all, across * (1.0 - cos_squared) / all])
     }
 
     /// `Φ_⊥ = Φ^p` of a law with one length factor, and its derivative by that.

@@ -7,7 +7,7 @@ use super::energy::{Energy, EnergyTerm};
 use super::field::{Field, Values};
 use super::growth::LengthFactor;
 use super::hold::Held;
-use super::internal::Internal;
+use super::internal_variables::Internal;
 use super::material::{Elasticity, Material};
 use super::pin::Prescribed;
 use super::transport::{Transport, TransportTerm};

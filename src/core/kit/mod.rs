@@ -46,7 +46,7 @@
 //! ```
 
 mod energy;
-mod internal;
+mod internal_variables;
 mod transport;
 
 use std::cmp::Ordering;
@@ -177,7 +177,7 @@ pub fn examine_on(
         transport::of_transport(&mut report, term, sheet, &context);
     }
     for term in &built.internal {
-        internal::of_internal(&mut report, &**term, sheet)?;
+        internal_variables::of_internal(&mut report, &**term, sheet)?;
     }
     if !built.transports.is_empty() {
         // An effect may refuse amounts.

@@ -24,7 +24,7 @@ use serde::{Deserialize, Serialize};
 
 use super::equilibrium::Relaxation;
 use super::route::Route;
-use super::workspace::Search;
+use super::workspace::Minimisation;
 use super::{Result, Workspace, counters};
 use crate::Vec3;
 use crate::model::{Anchor, State};
@@ -74,9 +74,9 @@ pub(super) struct Stepping {
     /// Radius of the trust region of a stage about its prediction, in mean edges.
     pub(super) trust: Option<f64>,
     /// Factor on the force tolerance.
-    pub(super) looser: f64,
+    pub(super) force_factor: f64,
     /// Largest distance of a stage to its minimum, in mean edges.
-    pub(super) displacement: f64,
+    pub(super) distance_tolerance: f64,
 }
 
 /// Where a step led.
@@ -255,10 +255,11 @@ impl Stage<'_> {
         let start = State { x: good.to_vec().into(), ..State::clone(self.from) };
         let (mut state, held) = self.route.at(self.start + at * self.step, &start);
         workspace.check_way(self.from, &state)?;
-        let Stepping { trust, looser, displacement, .. } = *self.by;
+        let Stepping { trust, force_factor, distance_tolerance, .. } = *self.by;
         let anchor = Some(pull);
-        let search = Search { anchor, guess, trust, looser, displacement, held };
-        let done = workspace.search(&mut state, search)?;
+        let minimisation =
+            Minimisation { anchor, guess, trust, force_factor, distance_tolerance, held };
+        let done = workspace.minimise(&mut state, minimisation)?;
         Ok((state, done))
     }
 

@@ -12,7 +12,7 @@ pub mod equilibrium;
 mod error;
 pub mod explicit;
 mod incremental_potential;
-mod internal;
+mod internal_variables;
 pub mod linear_solvers;
 mod low_rank;
 pub mod monolithic;

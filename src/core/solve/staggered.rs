@@ -56,7 +56,7 @@ use serde::{Deserialize, Serialize};
 use super::chemistry::{ChemistryMethod, ChemistrySteps, Leap, SteadyChemistry};
 use super::equilibrium::Relaxation;
 use super::incremental_potential::{Motion, MotionMethod, Stepping};
-use super::internal::InternalSteps;
+use super::internal_variables::InternalSteps;
 use super::monolithic::Monolithic;
 use super::path::{self, EquilibriumPath, first_equilibrium};
 use super::rejections::{Cause, Rejection};
@@ -250,8 +250,8 @@ impl Staggered {
                 second_order,
                 tolerance,
                 trust: None,
-                looser: 1.0,
-                displacement: f64::INFINITY,
+                force_factor: 1.0,
+                distance_tolerance: f64::INFINITY,
             };
             let to = next.clone();
             let route = Route::in_time(state, &to);

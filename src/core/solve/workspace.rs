@@ -1,14 +1,14 @@
 //! What solvers work with: the model, memory to evaluate it, and how a shape is relaxed.
 
 mod floating;
+mod minimisation;
 mod path_observer;
 mod saddle;
-mod search;
 
 use std::sync::Arc;
 
+pub(super) use minimisation::{Held, Minimisation};
 pub use path_observer::PathObserver;
-pub(super) use search::{Held, Search};
 
 use super::diagnosis::Diagnosis;
 use super::equilibrium::{self, Equilibrium};

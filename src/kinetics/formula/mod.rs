@@ -10,19 +10,19 @@
 
 mod derivative;
 mod evaluation;
+mod field_formula;
 mod foreign;
 mod graph;
 mod interval;
 mod kinks;
 mod names;
 mod parse;
-mod place;
 mod program;
 mod species;
 
 pub use parse::{FUNCTIONS, FormulaError, Function};
 
-pub use place::{FieldFormula, over_positions};
+pub use field_formula::{FieldFormula, over_positions};
 pub use species::SpeciesFormula;
 
 use graph::{Graph, Id, TooLarge};

@@ -1,8 +1,8 @@
 //! Formulas of position and species: `f(x, y, z, c)` at given points, and `∂f/∂c`.
 
+use super::field_formula::AXES;
 use super::graph::Graph;
 use super::parse::{self, FormulaError};
-use super::place::AXES;
 use super::program::Program;
 use crate::Column;
 use crate::error::nearest;

@@ -19,11 +19,11 @@
 mod consistent;
 mod equations;
 mod error_norm;
-mod history;
 mod integration;
 mod iteration_matrix;
 mod newton;
 mod stepper;
+mod unknown_columns;
 mod unknowns;
 
 pub use equations::OdeProblem;

@@ -5,7 +5,7 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Sub, SubAssign};
 use diffsol_la::{DefaultDenseMatrix, Scale, Vector, VectorCommon, VectorView, VectorViewMut};
 
 use super::error_norm::{Grouping, Places};
-use super::history::History;
+use super::unknown_columns::UnknownColumns;
 
 /// Unknowns, or something of each of them.
 #[derive(Debug, Clone)]
@@ -173,7 +173,7 @@ impl VectorCommon for Unknowns {
 }
 
 impl DefaultDenseMatrix for Unknowns {
-    type M = History;
+    type M = UnknownColumns;
 }
 
 impl<'a> VectorView<'a> for View<'a> {

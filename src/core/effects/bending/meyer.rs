@@ -128,7 +128,7 @@ impl MeyerBending {
     }
 
     /// Whether every interior vertex has a derivative by its angles: with one B the Gaussian part is a boundary term.
-    fn has_angles(&self) -> bool {
+    fn has_angle_terms(&self) -> bool {
         self.weight == BendingWeight::Paper || !self.gaussian.is_uniform()
     }
 
@@ -137,7 +137,7 @@ impl MeyerBending {
         gathered.resize(shape.x.len(), [0.0; 5]);
         let patches = shape.sheet.triangle_patches();
         let kernel = Gather { bending: self, shape: *shape };
-        if self.has_angles() {
+        if self.has_angle_terms() {
             let write =
                 |place: &mut [f64; 5], [Quad([x, y, z, area]), Quad([angles, ..])]: &[Quad; 2]| {
                     *place = [*x, *y, *z, *area, *angles];
@@ -152,7 +152,7 @@ impl MeyerBending {
     }
 
     /// `B(1-ν) 2πχ`; 0 where B varies.
-    fn gauss_bonnet(&self, sheet: &Sheet) -> f64 {
+    fn topological_energy(&self, sheet: &Sheet) -> f64 {
         let Values::Same(gaussian) = self.gaussian else { return 0.0 };
         let euler = sheet.euler_characteristic();
         let sign = if euler < 0 { -1.0 } else { 1.0 };
@@ -270,11 +270,11 @@ impl Energy for MeyerBending {
             (derivatives, if i < owned { energy } else { 0.0 })
         });
         if self.weight == BendingWeight::Area {
-            energy -= self.gauss_bonnet(shape.sheet);
+            energy -= self.topological_energy(shape.sheet);
         }
         if let Some(gradient) = gradient {
             let (by_normal, shape): (&[Vec3], _) = (&[], *shape);
-            if self.has_angles() || self.has_boundary {
+            if self.has_angle_terms() || self.has_boundary {
                 Gradient::<true, false> { bending: self, vertex, by_normal, shape }
                     .add_to(gradient);
             } else {

@@ -49,7 +49,7 @@ pub struct Goal<'a> {
     pub report: &'a (dyn Fn(&Relaxation) + Sync),
     /// Largest distance to the equilibrium, as the metric estimates it, that counts as rest: a small force may
     /// leave a soft mode far from it. Infinite where forces alone decide.
-    pub displacement: f64,
+    pub distance_tolerance: f64,
     /// The trust region, if there is one: leaving it gives up with [`SolveError::Departed`].
     pub trust: Option<Trust<'a>>,
     /// Whether rigid motions that pins leave free change no energy but that of an anchor.
@@ -64,7 +64,7 @@ impl Default for Goal<'_> {
             max_iterations: 3000,
             interrupted: &|| false,
             report: &|_| (),
-            displacement: f64::INFINITY,
+            distance_tolerance: f64::INFINITY,
             trust: None,
             floats: false,
         }

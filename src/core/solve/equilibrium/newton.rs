@@ -310,7 +310,7 @@ impl Newton {
             // The last step is taken all the same: what is left then is far less.
             let last = balanced
                 && *sigma <= LEAST
-                && potential.reduction().largest(&at.step) <= goal.displacement;
+                && potential.reduction().largest(&at.step) <= goal.distance_tolerance;
             // Forces that lead out of the trust region and are as small as this tell no direction.
             let Some(length) = at.longest(potential, goal, balanced) else {
                 return Ok(Tried::AtRest);
@@ -366,7 +366,7 @@ impl Newton {
         gauge.project(mode);
         let downhill = if potential.reduction().dot(&at.gradient, mode) > 0.0 { -1.0 } else { 1.0 };
         for sign in [downhill, -downhill] {
-            let far = sign * goal.displacement;
+            let far = sign * goal.distance_tolerance;
             parallel::fill(&mut at.trial, |i| at.x[i] + far * at.step[i]);
             if potential.allows(at.x, &at.trial, self.options.area_share.get()) {
                 let e = potential.energy_gradient(&at.trial, &mut at.after);
@@ -409,7 +409,7 @@ impl Equilibrium for Newton {
             let exact = rested >= AT_REST
                 || rested > 0 && done.residual <= FLOOR * goal.tolerance
                 || done.iterations >= goal.max_iterations;
-            if balanced && (exact || goal.displacement == f64::INFINITY) {
+            if balanced && (exact || goal.distance_tolerance == f64::INFINITY) {
                 return Ok(done);
             }
             if balanced && rested == 0 {

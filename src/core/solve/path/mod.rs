@@ -54,11 +54,11 @@ const TOLERANCE: (f64, f64) = (0.05, 0.1);
 /// with 2 there coarse meshes came to minima that depended on the linear solver.
 const RADIUS: (f64, f64) = (2.0, 0.25);
 /// Largest estimated distance to a minimum, in mean edges: forces alone leave soft bending modes far from it.
-const DISPLACEMENT: f64 = 0.02;
+const DISTANCE_TOLERANCE: f64 = 0.02;
 /// Factor on the tolerance of sub-steps in jumps, which are many.
 const IN_JUMPS: f64 = 4.0;
 /// Factor on the force tolerance at the end of a sub-step.
-const LOOSER: f64 = 100.0;
+const FORCE_FACTOR: f64 = 100.0;
 /// Sub-steps are proposed shorter than the error estimate allows, and change by factors between these.
 const SAFETY: f64 = 0.9;
 const FACTORS: (f64, f64) = (0.1, 2.0);
@@ -184,7 +184,7 @@ impl EquilibriumPath {
             }
             let before = self.motion.clone();
             let clock = (course.t, until);
-            let by = (course.viscosity, LOOSER);
+            let by = (course.viscosity, FORCE_FACTOR);
             match sub_step(&mut self.motion, workspace, route, clock, state, by) {
                 Ok(next) if next.error <= 1.0 => {
                     course.done.add(&next.done);
@@ -295,14 +295,14 @@ fn come_to_rest(
 }
 
 /// One minimisation with the `viscosity`, from the shape of `state` while the clock goes from `t` to `until`, to a force
-/// tolerance that is `looser` by a factor.
+/// tolerance times `force_factor`.
 fn sub_step(
     motion: &mut Motion,
     workspace: &mut Workspace,
     route: &Route<'_>,
     (t, until): (f64, f64),
     state: &State,
-    (viscosity, looser): (f64, f64),
+    (viscosity, force_factor): (f64, f64),
 ) -> Result<SubStep> {
     let (at, _) = route.at(t, state);
     let by = Stepping {
@@ -310,8 +310,8 @@ fn sub_step(
         second_order: false,
         tolerance: 0.0,
         trust: Some(radius(route)),
-        looser,
-        displacement: DISPLACEMENT,
+        force_factor,
+        distance_tolerance: DISTANCE_TOLERANCE,
     };
     let moved = motion.advance(workspace, &at, (t, until), route, &by)?;
     let fine = State { x: moved.x.into(), ..at.clone() };
@@ -319,8 +319,8 @@ fn sub_step(
     let by = viscosity / (until - t);
     let loss = Loss::of(workspace, route, ((t, until), by), (&at, &fine))?;
     let released = loss.and_then(|loss| loss.in_jump());
-    let looser = if released.is_some() { IN_JUMPS } else { 1.0 };
-    let error = workspace.model.shape_misfit(&at, (&coarse, &fine), TOLERANCE) / looser;
+    let factor = if released.is_some() { IN_JUMPS } else { 1.0 };
+    let error = workspace.model.shape_misfit(&at, (&coarse, &fine), TOLERANCE) / factor;
     Ok(SubStep { x: fine.x, done: moved.done, released, error })
 }
 

@@ -12,9 +12,11 @@
 use super::super::equilibrium::{Relaxation, is_flat};
 use super::super::incremental_potential::Motion;
 use super::super::route::Route;
-use super::super::workspace::Search;
+use super::super::workspace::Minimisation;
 use super::super::{Result, SolveError, Workspace, diagnosis};
-use super::{DISPLACEMENT, ITERATION_BUDGET, SAFETY, SHRINK, factor, radius, sub_step, viscosity};
+use super::{
+    DISTANCE_TOLERANCE, ITERATION_BUDGET, SAFETY, SHRINK, factor, radius, sub_step, viscosity,
+};
 use crate::Vec3;
 use crate::model::State;
 use crate::parallel;
@@ -105,9 +107,14 @@ pub(super) fn minimum(
     state: &mut State,
 ) -> Result<Relaxation> {
     let (mut next, held) = route.at(route.clock().1, state);
-    let displacement = DISPLACEMENT;
-    let search = Search { trust: Some(radius(route)), displacement, held, ..Search::default() };
-    let done = workspace.search(&mut next, search)?;
+    let distance_tolerance = DISTANCE_TOLERANCE;
+    let minimisation = Minimisation {
+        trust: Some(radius(route)),
+        distance_tolerance,
+        held,
+        ..Minimisation::default()
+    };
+    let done = workspace.minimise(&mut next, minimisation)?;
     state.x = next.x;
     Ok(done)
 }

@@ -7,7 +7,7 @@ use crate::model::Storage;
 use crate::num::checked::Positive;
 use crate::solve::chemistry::{ChemistryMethod, ChemistrySteps, SteadyChemistry};
 use crate::solve::incremental_potential::{Motion, MotionMethod};
-use crate::solve::internal::InternalSteps;
+use crate::solve::internal_variables::InternalSteps;
 use crate::solve::path::EquilibriumPath;
 use crate::solve::{Integrator, IntegratorSpec, Result, SolveError, StepRule, fixed_step, scaled};
 

@@ -2,7 +2,7 @@
 
 use super::super::stability::Stability;
 use super::super::{Result, SolveError};
-use super::search::Held;
+use super::minimisation::Held;
 use super::{Control, Workspace};
 use crate::Vec3;
 use crate::model::{Potential, State};

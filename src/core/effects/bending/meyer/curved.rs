@@ -254,7 +254,7 @@ impl CurvedRest {
         let curved = curved.get_or_insert_default();
         if let Some(gradient) = gradient.as_deref_mut() {
             let by_normal = &curved.by_normal;
-            if self.shaped.is_none() && (bending.has_angles() || bending.has_boundary) {
+            if self.shaped.is_none() && (bending.has_angle_terms() || bending.has_boundary) {
                 let kernel = Gradient::<true, true> { bending, vertex, by_normal, shape: *shape };
                 kernel.add_to(gradient);
             } else {
@@ -263,7 +263,7 @@ impl CurvedRest {
             }
         }
         match &self.shaped {
-            None => energy -= bending.gauss_bonnet(shape.sheet),
+            None => energy -= bending.topological_energy(shape.sheet),
             Some(shaped) => energy += shaped.hinges.evaluate(shape, &mut curved.hinge, gradient),
         }
         energy

@@ -215,7 +215,7 @@ impl<const ANGLES: bool, const NORMALS: bool> Kernel<3, 1> for Gradient<'_, ANGL
         if NORMALS {
             q = q + corner_sum(simd, self.by_normal, vertex).scale(simd.splat(0.5));
         }
-        if ANGLES && has_angles(at, vertex) {
+        if ANGLES && has_angle_terms(at, vertex) {
             // The derivatives by angles, Σ_k w_k ∂θ_k/∂x, have the form of those by vectors.
             let turn = turns(simd, at, vertex, &e);
             for k in 0..3 {
@@ -264,7 +264,7 @@ pub(super) fn derivatives<S: Simd>(
 
 /// Whether any corner has a derivative by its angle.
 #[inline(always)]
-pub(super) fn has_angles(at: &[VertexDerivatives], vertex: &[[u32; LANES]; 3]) -> bool {
+pub(super) fn has_angle_terms(at: &[VertexDerivatives], vertex: &[[u32; LANES]; 3]) -> bool {
     vertex.iter().flatten().any(|&v| at[v as usize].by_angle != 0.0)
 }
 

@@ -98,7 +98,7 @@ impl Iterate {
         let exact = self.rested > AT_REST
             || self.done.residual <= FLOOR * goal.tolerance
             || self.done.iterations >= goal.max_iterations;
-        balanced && (exact || goal.displacement == f64::INFINITY)
+        balanced && (exact || goal.distance_tolerance == f64::INFINITY)
     }
 
     /// Takes over residual and energy of the iterate.
@@ -149,7 +149,7 @@ impl Lbfgs {
             }
             let slope = self.descent_direction(potential.reduction(), &mut at);
             let far_off = potential.reduction().largest(&at.d);
-            if balanced && far_off <= goal.displacement {
+            if balanced && far_off <= goal.distance_tolerance {
                 return Ok((at.done, Outcome::AtRest));
             }
             // The step is taken all the same: what is left then is far less.

@@ -1,6 +1,6 @@
 //! The inner part of the second derivatives, four triangles at a time.
 
-use super::super::kernels::{Triangles, corner_sum, derivatives, has_angles, turns};
+use super::super::kernels::{Triangles, corner_sum, derivatives, has_angle_terms, turns};
 use super::At;
 use crate::geometry::Shape;
 use crate::linear::{Elements, Rows, pack};
@@ -127,7 +127,7 @@ impl Inner<'_> {
         let zero = [Lanes3 { x: inverse, y: inverse, z: inverse }; 3];
         let mut turned = h;
         let mut gamma = None;
-        if has_angles(at, &vertex) {
+        if has_angle_terms(at, &vertex) {
             // The derivatives by angles turn with n as if γ_k e_k were added to g_k …
             let by = turns(simd, at, &vertex, &e);
             let f = [e[0].scale(by[0]), e[1].scale(by[1]), e[2].scale(by[2])];

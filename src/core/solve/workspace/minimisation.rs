@@ -10,7 +10,7 @@ use crate::model::{Anchor, Potential, State};
 const ROUNDS: usize = 30;
 
 /// How a minimum is looked for.
-pub(in crate::solve) struct Search {
+pub(in crate::solve) struct Minimisation {
     /// The proximal term, if there is one.
     pub(in crate::solve) anchor: Option<Anchor>,
     /// Where it begins, if that is a better start than the shape there is.
@@ -18,21 +18,21 @@ pub(in crate::solve) struct Search {
     /// Radius of the trust region about the start, in mean edges.
     pub(in crate::solve) trust: Option<f64>,
     /// Factor on the force tolerance.
-    pub(in crate::solve) looser: f64,
+    pub(in crate::solve) force_factor: f64,
     /// Largest distance to the equilibrium that counts as rest, in mean edges.
-    pub(in crate::solve) displacement: f64,
+    pub(in crate::solve) distance_tolerance: f64,
     /// What holds the sheet while its start is released.
     pub(in crate::solve) held: Option<Held>,
 }
 
-impl Default for Search {
+impl Default for Minimisation {
     fn default() -> Self {
         Self {
             anchor: None,
             guess: None,
             trust: None,
-            looser: 1.0,
-            displacement: f64::INFINITY,
+            force_factor: 1.0,
+            distance_tolerance: f64::INFINITY,
             held: None,
         }
     }
@@ -87,7 +87,7 @@ impl Workspace {
     /// # Errors
     /// As for [`Workspace::relax`].
     pub fn relax_once(&mut self, state: &mut State) -> Result<Relaxation> {
-        self.search(state, Search::default())
+        self.minimise(state, Minimisation::default())
     }
 
     /// Brings the shape of `state` to the least energy with `anchor`, at most its slack from there; from
@@ -101,8 +101,8 @@ impl Workspace {
         anchor: Anchor,
         guess: Option<Vec<Vec3>>,
     ) -> Result<Relaxation> {
-        let search = Search { anchor: Some(anchor), guess, ..Search::default() };
-        self.search(state, search)
+        let minimisation = Minimisation { anchor: Some(anchor), guess, ..Minimisation::default() };
+        self.minimise(state, minimisation)
     }
 
     /// That obstacles which move between two states let the shape of the one become that of the other.
@@ -119,20 +119,21 @@ impl Workspace {
         }
     }
 
-    /// Brings the shape of `state` to a minimum as `search` says. On an error the shape is the last good one.
+    /// Brings the shape of `state` to a minimum as `minimisation` says. On an error the shape is the last good one.
     ///
     /// # Errors
     /// As for [`Workspace::relax`]; [`SolveError::Departed`] where the trust region was left.
-    pub(in crate::solve) fn search(
+    pub(in crate::solve) fn minimise(
         &mut self,
         state: &mut State,
-        search: Search,
+        minimisation: Minimisation,
     ) -> Result<Relaxation> {
         let Self { model, control, memory, relaxer, stuck, floating, .. } = self;
         if model.is_chemistry_alone() {
             return Ok(Relaxation::default());
         }
-        let Search { anchor, guess, trust, looser, displacement, held } = search;
+        let Minimisation { anchor, guess, trust, force_factor, distance_tolerance, held } =
+            minimisation;
         let _scope = relaxer.is_some().then(|| counters::part(model.tally(), counters::RELAXATION));
         let mut x = state.x.to_vec();
         model.mechanics().set_prescribed(state.time, &mut state.x);
@@ -144,7 +145,7 @@ impl Workspace {
         let mut at = model.at(state, memory);
         let potential = at.potential()?;
         let Some(relaxer) = relaxer else { return Ok(Relaxation::default()) };
-        let mut tolerance = relaxer.tolerance * looser;
+        let mut tolerance = relaxer.tolerance * force_factor;
         let floats = floating.found(potential, &x, relaxer.tolerance);
         let is_held = held.is_some();
         if let Some(held) = held {
@@ -159,7 +160,7 @@ impl Workspace {
         potential.mechanics().keep_pins(&prescribed, &mut led);
         let edge = potential.metric().mean_edge();
         let goal = Goal {
-            displacement: displacement * edge,
+            distance_tolerance: distance_tolerance * edge,
             trust: trust.map(|radius| Trust { centre: &start, radius: radius * edge }),
             floats,
             tolerance,

@@ -12,13 +12,13 @@ use super::unknowns::{Unknowns, View, ViewMut, combine};
 
 /// Columns, one after the other.
 #[derive(Debug, Clone)]
-pub(super) struct History {
+pub(super) struct UnknownColumns {
     size: [usize; 2],
     values: Vec<f64>,
     context: Grouping,
 }
 
-impl History {
+impl UnknownColumns {
     fn column_values(&self, j: usize) -> &[f64] {
         &self.values[j * self.size[0]..][..self.size[0]]
     }
@@ -41,7 +41,7 @@ impl History {
     }
 }
 
-impl MatrixCommon for History {
+impl MatrixCommon for UnknownColumns {
     type V = Unknowns;
     type T = f64;
     type C = Grouping;
@@ -60,19 +60,19 @@ impl MatrixCommon for History {
     }
 }
 
-impl AddAssign<&Self> for History {
+impl AddAssign<&Self> for UnknownColumns {
     fn add_assign(&mut self, by: &Self) {
         self.zip(by, |a, b| a + b);
     }
 }
 
-impl SubAssign<&Self> for History {
+impl SubAssign<&Self> for UnknownColumns {
     fn sub_assign(&mut self, by: &Self) {
         self.zip(by, |a, b| a - b);
     }
 }
 
-impl Add<&Self> for History {
+impl Add<&Self> for UnknownColumns {
     type Output = Self;
     fn add(mut self, by: &Self) -> Self {
         self += by;
@@ -80,7 +80,7 @@ impl Add<&Self> for History {
     }
 }
 
-impl Sub<&Self> for History {
+impl Sub<&Self> for UnknownColumns {
     type Output = Self;
     fn sub(mut self, by: &Self) -> Self {
         self -= by;
@@ -88,7 +88,7 @@ impl Sub<&Self> for History {
     }
 }
 
-impl Mul<Scale<f64>> for History {
+impl Mul<Scale<f64>> for UnknownColumns {
     type Output = Self;
     fn mul(mut self, by: Scale<f64>) -> Self {
         self.values.iter_mut().for_each(|value| *value *= by.value());
@@ -96,14 +96,14 @@ impl Mul<Scale<f64>> for History {
     }
 }
 
-impl Mul<Scale<f64>> for &History {
-    type Output = History;
-    fn mul(self, by: Scale<f64>) -> History {
+impl Mul<Scale<f64>> for &UnknownColumns {
+    type Output = UnknownColumns;
+    fn mul(self, by: Scale<f64>) -> UnknownColumns {
         self.clone() * by
     }
 }
 
-impl Matrix for History {
+impl Matrix for UnknownColumns {
     type Sparsity = Dense<Self>;
     type SparsityRef<'a> = DenseRef<'a, Self>;
 
@@ -208,7 +208,7 @@ impl Matrix for History {
     }
 }
 
-impl DenseMatrix for History {
+impl DenseMatrix for UnknownColumns {
     fn update_backward_diff(&mut self, order: usize, d: &Unknowns) {
         self.set_column(order + 2, d);
         self.between(order + 2, order + 1, |d, last| d - last);
