@@ -34,6 +34,15 @@ pub const SHELL_HINGE: Models = Models { name: "stvk + hinge", stretching: STVK,
 /// Linear displacement of R2 under forces of 2: MacNeal & Harder's 0.094, which others have as 0.0935.
 const HEMISPHERE: f64 = 0.0935;
 
+/// Force, and displacements of A outwards and B inwards, of R2: Sze, Liu & Lo, § 3.4.
+pub const HEMISPHERE_PATH: [(f64, [f64; 2]); 5] = [
+    (20.0, [0.855, 0.955]),
+    (100.0, [2.596, 3.833]),
+    (200.0, [3.406, 5.902]),
+    (300.0, [3.816, 7.234]),
+    (400.0, [4.067, 8.178]),
+];
+
 /// A point of a rest shape with the number of its vertex.
 fn nearest(sheet: &Sheet, to: Vec3) -> usize {
     let distance = |i: &usize| (sheet.rest()[*i] - to).norm();
@@ -200,20 +209,23 @@ pub fn hemisphere(around: usize, models: &Models) -> Outcome<Sample> {
     Ok(Sample::new(&hemisphere.sheet, 0.5 * (a + b), HEMISPHERE))
 }
 
-/// R2 at these forces, ascending: displacements of A and B.
-pub fn hemisphere_path(
-    around: usize,
-    forces: &[f64],
-    models: &Models,
-) -> Outcome<(usize, Vec<[f64; 2]>)> {
+/// R2 at the forces of [`HEMISPHERE_PATH`], reached in steps of 20: displacements of A and B.
+pub fn hemisphere_path(around: usize, models: &Models) -> Outcome<Vec<[Sample; 2]>> {
     let hemisphere = Hemisphere::new(around)?;
     let mut x = hemisphere.sheet.rest().to_vec();
-    let mut found = Vec::new();
-    for force in forces {
-        newton(&mut hemisphere.mechanics(models, *force)?, &mut x, 1e-9)?;
-        found.push(hemisphere.displacements(&x));
+    let (mut found, mut force) = (Vec::new(), 0.0);
+    for (target, exact) in HEMISPHERE_PATH {
+        while force < target {
+            force += 20.0;
+            newton(&mut hemisphere.mechanics(models, force)?, &mut x, 1e-9)?;
+        }
+        let [a, b] = hemisphere.displacements(&x);
+        found.push(
+            [(a, exact[0]), (b, exact[1])]
+                .map(|(u, exact)| Sample::new(&hemisphere.sheet, u, exact)),
+        );
     }
-    Ok((hemisphere.sheet.vertex_count(), found))
+    Ok(found)
 }
 
 /// R3: the displacement under the load, times E h/P.

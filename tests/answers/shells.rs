@@ -31,15 +31,13 @@ fn a_hemisphere_under_alternating_loads_is_as_soft_as_theory_says() {
     assert!((hinges.computed / expected - 1.0).abs() < 0.05, "{hinges:?}");
 }
 
-/// Beyond the linear range the displacements of A and B differ: 0.1849 and 0.1890 at a force of 4 by Elmer's element of
-/// order 4 (its test Shell_OpenHemisphere_High_Order_Blending).
+/// Sze, Liu & Lo, § 3.4: beyond the linear range the displacements of A and B differ by up to a factor of two.
 #[test]
-fn a_hemisphere_under_larger_loads_softens_and_stiffens_as_elsewhere() {
-    let (_, found) = hemisphere_path(64, &[4.0], &SHELL_MEYER).unwrap();
-    for (computed, other) in found[0].iter().zip([0.1849, 0.1890]) {
-        assert!((computed / other - 1.0).abs() < 0.04, "{computed} {other}");
+fn a_hemisphere_under_large_loads_follows_the_benchmark() {
+    let found = hemisphere_path(64, &SHELL_MEYER).unwrap();
+    for sample in found.iter().flatten() {
+        assert!(sample.error().abs() < 0.03, "{sample:?}");
     }
-    assert!(found[0][1] > 1.015 * found[0][0], "{found:?}");
 }
 
 #[test]
