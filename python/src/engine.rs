@@ -155,7 +155,7 @@ fn raised(py: Python<'_>, error: &rumple::Error, cause: Option<PyErr>) -> PyErr 
         return cause.clone_ref(py);
     }
     let text = match error {
-        rumple::Error::Scene(scene) => scene.rendered(false),
+        rumple::Error::Scene(scene) => scene.reworded(&HERE).rendered(false),
         other => other.to_string(),
     };
     let text = HERE.iter().fold(text, |text, (there, here)| text.replace(there, here));

@@ -86,6 +86,19 @@ impl SceneError {
         self.0.others.iter().map(|report| SceneError(Box::new(report.clone())))
     }
 
+    /// The error with other words in its message and help, by pairs of what stands there and what is to: where options of the
+    /// program go by other names.
+    #[must_use]
+    pub fn reworded(&self, words: &[(&str, &str)]) -> Self {
+        let mut report = self.0.clone();
+        let put = |text: &String| {
+            words.iter().fold(text.clone(), |text, (there, here)| text.replace(there, here))
+        };
+        report.message = put(&report.message);
+        report.help = report.help.as_ref().map(put);
+        Self(report)
+    }
+
     /// The error with its lines of the scene and help, in colours or without, for a terminal.
     #[must_use]
     pub fn rendered(&self, colours: bool) -> String {
