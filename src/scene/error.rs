@@ -91,11 +91,10 @@ impl SceneError {
     #[must_use]
     pub fn reworded(&self, words: &[(&str, &str)]) -> Self {
         let mut report = self.0.clone();
-        let put = |text: &String| {
-            words.iter().fold(text.clone(), |text, (there, here)| text.replace(there, here))
-        };
-        report.message = put(&report.message);
-        report.help = report.help.as_ref().map(put);
+        for (there, here) in words {
+            report.message = report.message.replace(there, here);
+            report.help = report.help.map(|help| help.replace(there, here));
+        }
         Self(report)
     }
 
