@@ -145,7 +145,6 @@ if has_mpi; then
     cp target/check/rumple target/release/rumple
     RUMPLE_PLUGIN_PATH="$PWD/target/release" \
         "$venv/bin/python" tests/scripts/ranks.py target/check/rumple-mpi target/check/ranks
-    tests/scripts/slurm.sh "$venv/bin/python" tests/scripts/ranks.py "$PWD/target/check/rumple-mpi" target/check/ranks-slurm slurm
 else
     echo "left out: PETSc or MPI is not installed"
 fi

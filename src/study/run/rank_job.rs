@@ -12,8 +12,9 @@ use super::slurm::{self, shell_quoted};
 use crate::output::atomic;
 use crate::run::Result;
 
-/// Seconds that Open MPI's launcher leaves the ranks after a signal to end; less than the job has left then.
-const GRACE: u32 = slurm::WARNING - 10;
+/// Seconds that Open MPI's launcher waits before it passes a signal to end on to the ranks, and again before it kills them;
+/// together less than the job has left then.
+const GRACE: u32 = slurm::WARNING / 2 - 5;
 
 /// A run over ranks that Slurm starts.
 pub struct RankJob<'a> {
@@ -64,7 +65,8 @@ impl RankJob<'_> {
             words.iter().map(|word| format!(" {}", shell_quoted(word))).collect()
         };
         // In place of the shell, so that Slurm's signals reach the launcher, which passes them on.
-        lines.push(format!("export OMPI_MCA_odls_base_sigkill_timeout={GRACE}"));
+        let timeout = "OMPI_MCA_odls_base_sigkill_timeout";
+        lines.push(format!("export {timeout}=\"${{{timeout}:-{GRACE}}}\""));
         lines.push(format!("if [ -e {quoted}/resolved.toml ]; then"));
         lines.push(format!("    exec {launcher} {program} resume {quoted}{}", words(&self.resume)));
         lines.push("fi".to_owned());
