@@ -256,10 +256,10 @@ impl Simulation {
             }
             None => {
                 let names: Vec<String> = all.iter().map(|field| bare(&field.0)).collect();
-                let where_ = if cells { "on triangles" } else { "on vertices" };
+                let place = if cells { "on triangles" } else { "on vertices" };
                 let listed = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
                 Err(PyKeyError::new_err(format!(
-                    "frames have no field {name:?} {where_}, they have: {listed}; output.fields of the scene \
+                    "frames have no field {name:?} {place}, they have: {listed}; output.fields of the scene \
                      lists what they have"
                 )))
             }
