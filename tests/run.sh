@@ -72,6 +72,9 @@ cargo fmt --all --check
 heading "licences"
 "$venv/bin/python" tests/scripts/licences.py
 
+heading "the book, with its links"
+NO_MKDOCS_2_WARNING=1 "$venv/bin/mkdocs" build --strict --config-file docs/mkdocs.yml
+
 heading "build, plugins included"
 cargo build --release "${most[@]}"
 
@@ -80,9 +83,6 @@ cargo clippy --release "${most[@]}" --all-targets -- -D warnings
 
 heading "documentation"
 RUSTDOCFLAGS="-D warnings" cargo doc --release "${most[@]}" --no-deps
-
-heading "the book, with its links"
-NO_MKDOCS_2_WARNING=1 "$venv/bin/mkdocs" build --strict --config-file docs/mkdocs.yml
 
 heading "tests"
 # Some tests end programs by Ctrl-C, which whatever runs in the background of a script ignores.
