@@ -63,18 +63,10 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
     }
     // Standard output is for the numbers.
     simulation.notes.iter().for_each(|note| super::warn(note));
-    let relaxed = match args.relax {
-        true => Some(simulation.relax()?),
+    let relaxation = match args.relax {
+        true => Some(relax(&mut simulation)?),
         false => None,
     };
-    if let Some(done) = &relaxed {
-        super::warn(&format!(
-            "relaxed: {} iterations, force residual {:.3e} (tolerance {:.1e})",
-            done.iterations,
-            done.residual,
-            simulation.force_tolerance()
-        ));
-    }
     let stability = match args.stability {
         true => Some(StabilityReport::of(&mut simulation, args.modes.into())?),
         false => None,
@@ -86,14 +78,7 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
     let mut result = inspect::inspect(&mut simulation)?;
     if let Some(all) = result.as_object_mut() {
         all.extend(stability.as_ref().map(|report| ("stability".into(), report.to_json())));
-        all.extend(relaxed.map(|done| {
-            let work = json!({
-                "iterations": done.iterations,
-                "residual": done.residual,
-                "tolerance": simulation.force_tolerance(),
-            });
-            ("relaxation".into(), work)
-        }));
+        all.extend(relaxation.map(|work| ("relaxation".into(), work)));
     }
     match &json {
         Some(file) => {
@@ -109,6 +94,17 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
         write_frame(file, &mut simulation, stability.as_ref())?;
     }
     Ok(())
+}
+
+/// Relaxes the shape: the work that this took.
+fn relax(simulation: &mut Simulation) -> Result<serde_json::Value> {
+    let done = simulation.relax()?;
+    let (iterations, residual, tolerance) =
+        (done.iterations, done.residual, simulation.force_tolerance());
+    super::warn(&format!(
+        "relaxed: {iterations} iterations, force residual {residual:.3e} (tolerance {tolerance:.1e})"
+    ));
+    Ok(json!({ "iterations": iterations, "residual": residual, "tolerance": tolerance }))
 }
 
 /// Writes the frame of the state, with the modes of `stability`.

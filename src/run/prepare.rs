@@ -131,9 +131,8 @@ fn on(
         Ok(surface)
     };
     let material = material_read_by(scene, &sheet, &read)?;
-    if let Some(material) = &material {
-        scale_checks::check(scene, &sheet, &material.largest())?;
-        scale_checks::check(scene, &sheet, &material.smallest())?;
+    for of in material.iter().flat_map(|material| [material.largest(), material.smallest()]) {
+        scale_checks::check(scene, &sheet, &of)?;
     }
     lints::on_scene(scene, &sheet, material.as_ref(), &mut notes);
     let laws = laws::load(scene, search, &mut notes)?;
@@ -174,14 +173,20 @@ fn on(
         spread: of.map(|(_, spread)| spread),
         processor: Processor::default(),
     };
+    start(scene, &mut simulation)?;
+    Ok(simulation)
+}
+
+/// Takes over the start of a scene that is a frame of another run, and refuses one that no sheet can have: later a run would
+/// end with it.
+fn start(scene: &Scene, simulation: &mut Simulation) -> Result<()> {
     if let Some(path) = &scene.time.span.from {
-        Snapshot::take(path, scene, &mut simulation)?;
+        Snapshot::take(path, scene, simulation)?;
     }
-    // A start that no sheet can have is refused; later a run would end with it.
     simulation.evaluate().length_factor()?;
     simulation.evaluate().curvature()?;
     simulation.notes.extend(simulation.stepper.find_breakpoints());
-    Ok(simulation)
+    Ok(())
 }
 
 /// What is written in frames.

@@ -60,24 +60,11 @@ pub fn resume_on(
                 .into(),
         );
     }
-    let overrides: Vec<String> =
-        until.map(|until| format!("time.until={until:?}")).into_iter().collect();
-    let scene = Scene::load(&path, &overrides)?;
+    let until_set = until.map(|until| format!("time.until={until:?}"));
+    let scene = Scene::load(&path, until_set.as_slice())?;
     let found = last(root, directory, of.as_deref());
-    let (Usable { checkpoint, parts }, notes) = match found {
-        Ok(found) => found,
-        Err(notes) => {
-            let why = match &notes[..] {
-                [] => {
-                    "it has no checkpoint: it was short, or ended before the first one".to_owned()
-                }
-                notes => notes.join("; "),
-            };
-            let help =
-                "begin again with `rumple run`, where `--from FRAME` starts from a frame's state";
-            return refuse(format!("{why}; {help}"));
-        }
-    };
+    let (Usable { checkpoint, parts }, notes) =
+        found.map_err(|notes| refused(without_checkpoint(&notes)))?;
     check_end(&checkpoint, scene.time.span.until.get(), until, standing).map_err(refused)?;
     if let (Some(name), None) = (checkpoint.made_from.host_law(), search.host_law()) {
         return refuse(format!(
@@ -104,6 +91,17 @@ pub fn resume_on(
         );
     }
     Ok(Resumed { scene, simulation, checkpoint, notes })
+}
+
+/// That no checkpoint is usable, why by `notes`, and what helps.
+fn without_checkpoint(notes: &[String]) -> String {
+    let why = match notes {
+        [] => "it has no checkpoint: it was short, or ended before the first one".to_owned(),
+        notes => notes.join("; "),
+    };
+    format!(
+        "{why}; begin again with `rumple run`, where `--from FRAME` starts from a frame's state"
+    )
 }
 
 /// Takes over a checkpoint, or where the run had another number of ranks the state from those of all its `parts`.

@@ -220,13 +220,7 @@ impl Bench {
             if flat.is_empty() {
                 break;
             }
-            let mut across: HashMap<(u32, u32), Vec<usize>> = HashMap::new();
-            for (t, tri) in triangles.iter().enumerate() {
-                for k in 0..3 {
-                    let (a, b) = (tri[k], tri[(k + 1) % 3]);
-                    across.entry((a.min(b), a.max(b))).or_default().push(t);
-                }
-            }
+            let across = triangles_by_edge(triangles);
             let mut keep = vec![true; triangles.len()];
             let mut touched = vec![false; triangles.len()];
             for t in flat {
@@ -372,4 +366,16 @@ fn near(points: &[Vec3], distance: f64, mut found: impl FnMut(usize, usize)) {
         }
         cells.entry(key([i, j, k])).or_default().push(v);
     }
+}
+
+/// The triangles at every edge.
+fn triangles_by_edge(triangles: &[[u32; 3]]) -> HashMap<(u32, u32), Vec<usize>> {
+    let mut at: HashMap<(u32, u32), Vec<usize>> = HashMap::new();
+    for (t, tri) in triangles.iter().enumerate() {
+        for k in 0..3 {
+            let (a, b) = (tri[k], tri[(k + 1) % 3]);
+            at.entry((a.min(b), a.max(b))).or_default().push(t);
+        }
+    }
+    at
 }

@@ -31,25 +31,12 @@ pub(super) fn of_energy(
     let directions = [random_vectors(&mut random, n), random_vectors(&mut random, n)];
     let uneven: Vec<f64> =
         (0..sheet.edges().len()).map(|e| if e % 2 == 0 { 1.03 } else { 0.98 }).collect();
-    let mut fault = |what: String| report.faults.push(format!("{name}: {what}"));
-
     for &s in mechanics.species() {
         potential.set_species(s, species_at(n, s, 0.0));
     }
     potential.set_conditions(None, 0.0);
-    let (energy, force) = energy_and_gradient(&mut potential, &at_rest);
-    let (there, there_force) = energy_and_gradient(&mut potential, &x);
-    if !(energy.is_finite() && finite(&force)) {
-        fault("the energy or the gradient is not finite at rest".into());
-    }
-    let scale = there.abs().max(largest(&there_force) * edge).max(f64::MIN_POSITIVE);
-    report.zero_at_rest &= energy.abs() <= ROUND_OFF * scale
-        && (constraint || largest(&force) * edge <= ROUND_OFF * scale);
-    let same = |other: f64| (other - there).abs() <= ROUND_OFF * scale;
-    let [shifted, turned] = rigid_motions(&x, edge);
-    report.translation_invariant &= same(potential.energy(&shifted));
-    report.rotation_invariant &= same(potential.energy(&turned));
-
+    let scale = invariances(report, &mut potential, (&at_rest, &x), (edge, constraint), &name);
+    let mut fault = |what: String| report.faults.push(format!("{name}: {what}"));
     let plane = at_rest.first().map_or(0.0, |x| x.z);
     let flat = at_rest.iter().all(|x| x.z == plane);
     for time in TIMES {
@@ -67,7 +54,7 @@ pub(super) fn of_energy(
         if !low_rank.iter().all(|term| term.stiffness.is_finite() && finite(&term.direction)) {
             fault(format!("a term of low rank is not finite (time {time})"));
         }
-        let at = Derivatives { x: &x, time, edge, scale: there.abs(), gradient, matrix, low_rank };
+        let at = Derivatives { x: &x, time, edge, scale, gradient, matrix, low_rank };
         for d in &directions {
             at.against_differences(&mut potential, d, &mut fault);
         }
@@ -82,6 +69,30 @@ pub(super) fn of_energy(
         }
     }
     Ok(())
+}
+
+/// Whether the energy is finite and at its minimum at rest, and what rigid motions of `x` do to it: its size at `x`.
+fn invariances(
+    report: &mut Report,
+    potential: &mut Potential,
+    (at_rest, x): (&[Vec3], &[Vec3]),
+    (edge, constraint): (f64, bool),
+    name: &str,
+) -> f64 {
+    let (energy, force) = energy_and_gradient(potential, at_rest);
+    let (there, there_force) = energy_and_gradient(potential, x);
+    if !(energy.is_finite() && finite(&force)) {
+        let what = "the energy or the gradient is not finite at rest";
+        report.faults.push(format!("{name}: {what}"));
+    }
+    let scale = there.abs().max(largest(&there_force) * edge).max(f64::MIN_POSITIVE);
+    report.zero_at_rest &= energy.abs() <= ROUND_OFF * scale
+        && (constraint || largest(&force) * edge <= ROUND_OFF * scale);
+    let same = |other: f64| (other - there).abs() <= ROUND_OFF * scale;
+    let [shifted, turned] = rigid_motions(x, edge);
+    report.translation_invariant &= same(potential.energy(&shifted));
+    report.rotation_invariant &= same(potential.energy(&turned));
+    there.abs()
 }
 
 /// A shape translated, and rotated about the origin.

@@ -25,6 +25,7 @@
 //! `run` add is not here: notes (on a load that is too small for `tolerance`, say), invariants and files.
 
 mod error;
+mod integrator;
 mod setup;
 
 use std::ops::Deref;

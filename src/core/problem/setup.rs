@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::integrator::unsupported;
 use super::{Law, OnEffect, Part, Problem, ProblemError, rest_areas};
 use crate::effects::{
     Direction, Effect, EffectContext, EffectError, Elasticity, Held, Internal, LengthFactor,
@@ -292,58 +293,19 @@ impl Problem<'_> {
         Chemistry::new(&self.sheet, kinetics, parameters, location, signals, transports, measure)
     }
 
-    /// The integrator, if it can do with what effects ask for.
+    /// The integrator, if it can do with what the law and effects ask for.
     pub(super) fn built_integrator(
         &self,
         mechanics: &Mechanics,
         internal: &[Box<dyn Internal>],
     ) -> Result<Box<dyn Integrator>, ProblemError> {
-        let storage = self.policy.storage();
         let refused = |message: String, help| ProblemError::new(Part::Integrator, message, help);
-        let integrator =
-            self.integrator.build(storage).map_err(|e| refused(e.to_string(), None))?;
-        let read = self.law.iter().flat_map(|law| &law.kinetics.descriptor().signals);
-        if self.integrator.uses_jacobian()
-            && read.map(|read| read.signal).any(|signal| signal == Signal::ContactPressure)
-        {
-            let message = "this integrator solves with the derivatives of signals, which contact_pressure, which the law \
-                reads, does not have";
-            let help = "integrator = \"staggered\" reads it under every policy";
-            return Err(refused(message.into(), Some(help)));
+        let integrator = self.integrator.build(self.policy.storage());
+        let integrator = integrator.map_err(|e| refused(e.to_string(), None))?;
+        match unsupported(self, mechanics, internal) {
+            Some((message, help)) => Err(refused(message, Some(help))),
+            None => Ok(integrator),
         }
-        if (mechanics.has_low_rank() || mechanics.couples_pairs())
-            && self.integrator.needs_sparse_motion(storage)
-        {
-            let message = "this integrator needs derivatives that couple neighbours only, but an \
-                effect of the scene (such as volume or contact) couples vertices far apart";
-            let help = "integrator = \"staggered\" supports all effects under every policy";
-            return Err(refused(message.into(), Some(help)));
-        }
-        if mechanics.limits_steps() && !self.integrator.keeps_step_limits(storage) {
-            let message = "this integrator would step through surfaces, and an effect of the scene (such as contact) \
-                limits steps so that none does";
-            let help = "integrator = \"staggered\" keeps such limits under every policy";
-            return Err(refused(message.into(), Some(help)));
-        }
-        if mechanics.is_constrained() && !self.integrator.keeps_constraints(storage) {
-            let names = mechanics.constraint_names().collect::<Vec<_>>().join(", ");
-            let message =
-                format!("this integrator does not keep constraints, and there are some ({names})");
-            let help = "integrator = \"staggered\" keeps them under every policy, and so does \
-                        integrator = { kind = \"explicit\", method = \"euler\" }";
-            return Err(refused(message, Some(help)));
-        }
-        let names: Vec<&str> = internal.iter().map(|term| term.name()).collect();
-        if !names.is_empty() && !self.integrator.integrates_internal(storage) {
-            let message = format!(
-                "this integrator does not integrate internal variables, and effects of the scene own some ({})",
-                names.join(", ")
-            );
-            let help = "integrator = \"staggered\" integrates them under every policy, and so does \
-                        integrator = { kind = \"explicit\", method = \"euler\" }";
-            return Err(refused(message, Some(help)));
-        }
-        Ok(integrator)
     }
 
     /// The drag, if the integrator knows it.

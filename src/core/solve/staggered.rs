@@ -352,14 +352,10 @@ impl Staggered {
                 Err(error) if error.is_recoverable() => {
                     let message = error.to_string();
                     report.reason = Some(message.clone());
-                    workspace
-                        .reject(Rejection { message, ..Rejection::of(state, step, error.cause()) });
+                    let new = Rejection { message, ..Rejection::of(state, step, error.cause()) };
+                    workspace.reject(new);
                     tried = step / (GROWTH * GROWTH);
-                    if error.is_without_rest() || matches!(error, SolveError::InsideOut) {
-                        let (latest, count) = self.without_rest;
-                        self.without_rest = (latest.max(time), count + 1);
-                    }
-                    if tried < shortest || self.without_rest.1 >= WITHOUT_REST {
+                    if self.leads_nowhere(&error, time) || tried < shortest {
                         return Err(error);
                     }
                 }
@@ -371,6 +367,15 @@ impl Staggered {
                 return Err(SolveError::StepTooSmall { time: state.time, step: tried });
             }
         }
+    }
+
+    /// Whether equilibria were missing too often, this `error` of a step to `time` included.
+    fn leads_nowhere(&mut self, error: &SolveError, time: f64) -> bool {
+        if error.is_without_rest() || matches!(error, SolveError::InsideOut) {
+            let (latest, count) = self.without_rest;
+            self.without_rest = (latest.max(time), count + 1);
+        }
+        self.without_rest.1 >= WITHOUT_REST
     }
 
     /// Step-size controller: the length of the step after an accepted one of length `step` and this error. Only a

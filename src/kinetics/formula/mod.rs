@@ -287,28 +287,18 @@ impl FormulaKinetics {
         let (observed, of_observables) = reading(observables);
         let (_, of_factor) = reading(&[]);
 
-        let mut wanted = rates.to_vec();
         let read: usize = signals.iter().map(|s| s.signal.columns().len()).sum();
-        let differentiated: Vec<usize> = (0..of_rates.len())
-            .filter(|k| of_rates[*k].is_some_and(|number| number < species + read))
-            .collect();
+        let differentiated = (0..of_rates.len())
+            .filter(|k| of_rates[*k].is_some_and(|number| number < species + read));
         // Which formula takes most room is not known: the first stands for all.
         let too_large = |large: TooLarge| LawError {
             formula: Which::Rate(0),
             error: large.at(law.rates.first().map_or("", |rate| &rate.text)),
         };
-        for &rate in rates {
-            for &input in &differentiated {
-                let slope = graph.slope(rate, rumple_numerics::num::index(input));
-                wanted.push(slope.map_err(too_large)?);
-            }
-        }
-        let mut with_slopes = |id: Id| {
-            let slopes = (0..species).map(|s| graph.slope(id, rumple_numerics::num::index(s)));
-            std::iter::once(Ok(id)).chain(slopes).collect::<Result<Vec<Id>, TooLarge>>()
-        };
-        let factor = factor.map(&mut with_slopes).transpose().map_err(too_large)?;
-        let feedback = feedback.iter().map(|(which, id)| Ok((*which, with_slopes(*id)?)));
+        let wanted = with_slopes(&mut graph, rates, differentiated).map_err(too_large)?;
+        let mut by_species = |id: Id| with_slopes(&mut graph, &[id], 0..species);
+        let factor = factor.map(&mut by_species).transpose().map_err(too_large)?;
+        let feedback = feedback.iter().map(|(which, id)| Ok((*which, by_species(*id)?)));
         let feedback: Vec<_> = feedback.collect::<Result<_, _>>().map_err(too_large)?;
         let kinks = Kinks::of_rates(&mut graph, rates, species);
         graph.complete();
@@ -322,14 +312,8 @@ impl FormulaKinetics {
         let factor = factor.map(of_species);
         let feedback: Vec<_> =
             feedback.into_iter().map(|(which, wanted)| (which, of_species(wanted))).collect();
-        let mut capabilities = Capabilities {
-            rate_partials: true,
-            length_factor: factor.is_some(),
-            length_factor_partials: factor.is_some(),
-            parameter_fields: true,
-            ..Capabilities::default()
-        };
-        feedback.iter().for_each(|(which, _)| which.give(&mut capabilities));
+        let given = feedback.iter().map(|(which, _)| *which);
+        let capabilities = capabilities(factor.is_some(), given);
         let descriptor = Descriptor { signals, observed, capabilities, ..described(law) };
         Ok(Self {
             descriptor,
@@ -426,6 +410,21 @@ fn inputs(graph: &Graph, nodes: &[Id]) -> Vec<usize> {
     read
 }
 
+/// Nodes, followed by their derivatives by these inputs.
+fn with_slopes(
+    graph: &mut Graph,
+    nodes: &[Id],
+    inputs: impl Iterator<Item = usize> + Clone,
+) -> Result<Vec<Id>, TooLarge> {
+    let mut wanted = nodes.to_vec();
+    for &node in nodes {
+        for input in inputs.clone() {
+            wanted.push(graph.slope(node, rumple_numerics::num::index(input))?);
+        }
+    }
+    Ok(wanted)
+}
+
 fn first_signal(graph: &Graph, node: Id, species: usize, columns: usize) -> Option<usize> {
     let signals = species..species + columns;
     inputs(graph, &[node]).into_iter().find(|n| signals.contains(n)).map(|n| n - species)
@@ -448,4 +447,17 @@ fn described(law: &Law) -> Descriptor {
         observed: Vec::new(),
         capabilities: Capabilities::default(),
     }
+}
+
+/// What a law of formulas gives.
+fn capabilities(has_factor: bool, feedback: impl Iterator<Item = Feedback>) -> Capabilities {
+    let mut capabilities = Capabilities {
+        rate_partials: true,
+        length_factor: has_factor,
+        length_factor_partials: has_factor,
+        parameter_fields: true,
+        ..Capabilities::default()
+    };
+    feedback.for_each(|which| which.give(&mut capabilities));
+    capabilities
 }

@@ -136,11 +136,10 @@ pub(super) unsafe fn descriptor(table: &abi::PluginTable) -> Result<Descriptor, 
             .collect::<Result<_, _>>()?,
         signals: signals
             .iter()
-            .map(|signal| {
-                let signal_read = text("name of a signal", signal.name)?
-                    .parse()
-                    .map_err(|unknown: String| problem("signals", &unknown))?;
-                Ok(SignalRead { signal: signal_read, typical: signal.typical })
+            .map(|read| {
+                let signal = text("name of a signal", read.name)?.parse();
+                let signal = signal.map_err(|unknown: String| problem("signals", &unknown))?;
+                Ok(SignalRead { signal, typical: read.typical })
             })
             .collect::<Result<_, Problem>>()?,
         capabilities,

@@ -50,74 +50,117 @@ pub fn validate(
     begin: &mut dyn FnMut(&'static str),
     end: &mut dyn FnMut(Finding),
 ) {
-    let sample =
-        |count| Samples::new(kinetics.descriptor(), count, seed).with_parameters(fields, seed);
-    let (samples, few) = (sample(POINTS), sample(SINGLE));
-    let given = kinetics.descriptor().capabilities;
+    let checks = Checks::new(kinetics, fields, seed);
     let mut run = |check: &'static str, body: &dyn Fn() -> Check| {
         begin(check);
         let verdict = body().unwrap_or_else(|error| Verdict::Fault(error.to_string()));
         end(Finding { check, verdict });
     };
-    let good = |text: String| Ok(Verdict::Good(text));
-    let skipped = |text: &str| Ok(Verdict::Skipped(text.to_owned()));
-    let points = format!("{POINTS} points");
-    run("finite rates", &|| {
-        samples.with(true, |batch| rates(kinetics, batch))?;
-        good(points.clone())
-    });
-    run("finite, positive length factor", &|| {
-        if !given.length_factor {
-            return skipped("none is given");
-        }
-        let mut factor = vec![1.0; POINTS];
-        samples.with(false, |batch| field::length_factor(kinetics, batch, &mut factor))?;
-        good(points.clone())
-    });
+    let Checks { samples, few, .. } = &checks;
+    run("finite rates", &|| checks.rates());
+    run("finite, positive length factor", &|| checks.length_factor());
+    let given = kinetics.descriptor().capabilities;
     for which in Feedback::ALL.into_iter().filter(|which| which.is_given(&given)) {
         let check = match which {
             Feedback::Curvature => "finite spontaneous curvature",
             Feedback::FactorAcross => "finite, positive length factor across",
         };
-        run(check, &|| {
-            let mut values = vec![0.0; POINTS];
-            samples.with(false, |batch| field::feedback(kinetics, which, batch, &mut values))?;
-            good(points.clone())
-        });
+        run(check, &|| checks.feedback(which));
     }
-    run("same inputs, same outputs", &|| {
-        samples.with(true, |batch| determinism::same_twice(kinetics, batch))?;
-        few.with(true, |batch| determinism::one_by_one(kinetics, batch))?;
-        good("called twice, in batches and point by point".into())
-    });
+    run("same inputs, same outputs", &|| checks.determinism());
     run("several threads at once", &|| {
         samples.with(true, |batch| determinism::threads(kinetics, batch))?;
-        good("8 threads".into())
+        good("8 threads")
     });
     run("many calls", &|| few.with(true, |batch| soak::look(kinetics, batch)));
-    run("derivatives", &|| wrong_derivatives(kinetics, &samples));
-    run("observables", &|| {
-        let count = kinetics.descriptor().observables.len();
+    run("derivatives", &|| wrong_derivatives(kinetics, samples));
+    run("observables", &|| checks.observables());
+    run("writes only where it may", &|| checks.coverage());
+    run("other parameters", &|| other::uniform(kinetics, make, samples, seed));
+    run("parameters over the sheet", &|| other::over_the_sheet(kinetics, make, few, seed));
+    run("narrow ranges", &|| edge_cases::look(kinetics, fields, seed));
+}
+
+fn good(text: impl Into<String>) -> Check {
+    Ok(Verdict::Good(text.into()))
+}
+
+fn skipped(text: &str) -> Check {
+    Ok(Verdict::Skipped(text.to_owned()))
+}
+
+/// A law and the points at which it is checked.
+struct Checks<'a> {
+    kinetics: &'a dyn Kinetics,
+    fields: &'a [Vec<f64>],
+    seed: u64,
+    samples: Samples,
+    /// Few enough for calls point by point.
+    few: Samples,
+}
+
+impl<'a> Checks<'a> {
+    fn new(kinetics: &'a dyn Kinetics, fields: &'a [Vec<f64>], seed: u64) -> Self {
+        let sample =
+            |count| Samples::new(kinetics.descriptor(), count, seed).with_parameters(fields, seed);
+        Self { kinetics, fields, seed, samples: sample(POINTS), few: sample(SINGLE) }
+    }
+
+    /// Points at which observables are evaluated.
+    fn observing(&self, count: usize) -> Samples {
+        let samples = Samples::observing(self.kinetics.descriptor(), count, self.seed);
+        samples.with_parameters(self.fields, self.seed)
+    }
+
+    fn rates(&self) -> Check {
+        self.samples.with(true, |batch| rates(self.kinetics, batch))?;
+        good(at_all())
+    }
+
+    fn length_factor(&self) -> Check {
+        if !self.kinetics.descriptor().capabilities.length_factor {
+            return skipped("none is given");
+        }
+        let mut factor = vec![1.0; POINTS];
+        self.samples
+            .with(false, |batch| field::length_factor(self.kinetics, batch, &mut factor))?;
+        good(at_all())
+    }
+
+    fn feedback(&self, which: Feedback) -> Check {
+        let mut values = vec![0.0; POINTS];
+        self.samples
+            .with(false, |batch| field::feedback(self.kinetics, which, batch, &mut values))?;
+        good(at_all())
+    }
+
+    fn determinism(&self) -> Check {
+        self.samples.with(true, |batch| determinism::same_twice(self.kinetics, batch))?;
+        self.few.with(true, |batch| determinism::one_by_one(self.kinetics, batch))?;
+        good("called twice, in batches and point by point")
+    }
+
+    fn observables(&self) -> Check {
+        let count = self.kinetics.descriptor().observables.len();
         if count == 0 {
             return skipped("there are none");
         }
         let mut values = Columns::new(count, POINTS);
-        let samples = Samples::observing(kinetics.descriptor(), POINTS, seed);
-        samples
-            .with_parameters(fields, seed)
-            .with(true, |batch| field::observe(kinetics, batch, &mut values.slices_mut()))?;
-        good(points.clone())
-    });
-    run("writes only where it may", &|| {
-        few.with(true, |batch| output_coverage::check(kinetics, batch))?;
-        Samples::observing(kinetics.descriptor(), SINGLE, seed)
-            .with_parameters(fields, seed)
-            .with(true, |batch| output_coverage::check_observables(kinetics, batch))?;
+        self.observing(POINTS)
+            .with(true, |batch| field::observe(self.kinetics, batch, &mut values.slices_mut()))?;
+        good(at_all())
+    }
+
+    fn coverage(&self) -> Check {
+        self.few.with(true, |batch| output_coverage::check(self.kinetics, batch))?;
+        self.observing(SINGLE)
+            .with(true, |batch| output_coverage::check_observables(self.kinetics, batch))?;
         good(format!("{SINGLE} points, inputs unchanged"))
-    });
-    run("other parameters", &|| other::uniform(kinetics, make, &samples, seed));
-    run("parameters over the sheet", &|| other::over_the_sheet(kinetics, make, &few, seed));
-    run("narrow ranges", &|| edge_cases::look(kinetics, fields, seed));
+    }
+}
+
+fn at_all() -> String {
+    format!("{POINTS} points")
 }
 
 /// The rates at some points, each in a call of its own, bit by bit; from the last point to the first

@@ -122,6 +122,50 @@ pub struct Assembly {
     sum: Vec<u32>,
 }
 
+/// The pattern of a matrix with these entries, of which some may be repeated.
+fn pattern(entries: &[(u32, u32)], rows: usize, columns: usize) -> Pattern {
+    // The list row by row, then every row sorted and without repetition.
+    let mut first = vec![0u32; rows + 1];
+    entries.iter().for_each(|&(row, _)| first[row as usize + 1] += 1);
+    for i in 0..rows {
+        first[i + 1] += first[i];
+    }
+    let mut next = first.clone();
+    let mut listed = vec![0u32; entries.len()];
+    for &(row, column) in entries {
+        let at = &mut next[row as usize];
+        listed[*at as usize] = column;
+        *at += 1;
+    }
+    drop(next);
+    Pattern::new(columns, rows, entries.len(), &mut |i, row| {
+        row.extend_from_slice(&listed[first[i] as usize..first[i + 1] as usize]);
+        row.sort_unstable();
+        row.dedup();
+    })
+}
+
+/// The numbers below `count`, grouped by the place below `places` that each has: where a group starts, and the numbers.
+fn grouped(
+    count: usize,
+    places: usize,
+    place: impl Fn(usize) -> usize + Sync,
+) -> (Vec<u32>, Vec<u32>) {
+    let (mut start, mut grouped) = (vec![0; places + 1], vec![0; count]);
+    let mut listed = vec![0; count];
+    parallel::fill(&mut listed, |k| index(place(k)));
+    listed.iter().for_each(|&k| start[k as usize + 1] += 1);
+    for k in 0..places {
+        start[k + 1] += start[k];
+    }
+    let mut next = start.clone();
+    for (number, &k) in listed.iter().enumerate() {
+        grouped[next[k as usize] as usize] = index(number);
+        next[k as usize] += 1;
+    }
+    (start, grouped)
+}
+
 impl Assembly {
     /// Looks up the places of the entries that `name` gives.
     #[must_use]
@@ -159,26 +203,7 @@ impl Assembly {
             ends.push(all.len());
         }
         name(&mut Entries(Mode::Collect(&mut all)));
-        // The list row by row, then every row sorted and without repetition.
-        let mut first = vec![0u32; rows + 1];
-        all.iter().for_each(|&(row, _)| first[row as usize + 1] += 1);
-        for i in 0..rows {
-            first[i + 1] += first[i];
-        }
-        let mut next = first.clone();
-        let mut listed = vec![0u32; all.len()];
-        for &(row, column) in &all {
-            let at = &mut next[row as usize];
-            listed[*at as usize] = column;
-            *at += 1;
-        }
-        drop(next);
-        let pattern = Pattern::new(columns, rows, all.len(), &mut |i, row| {
-            row.extend_from_slice(&listed[first[i] as usize..first[i + 1] as usize]);
-            row.sort_unstable();
-            row.dedup();
-        });
-        drop((first, listed));
+        let pattern = pattern(&all, rows, columns);
         if in_strips {
             drop(all);
             return Self {
@@ -191,24 +216,11 @@ impl Assembly {
             matrix.pattern.row(row as usize).binary_search(&column).unwrap_or_default()
         };
         let named = vec![0.0; ends.last().copied().unwrap_or(0)];
-        let (mut sum_start, mut sum) = (Vec::new(), Vec::new());
-        if !named.is_empty() {
-            sum_start = vec![0; matrix.entries() + 1];
-            sum = vec![0; named.len()];
-            let mut listed = vec![0; named.len()];
-            parallel::fill(&mut listed, |k| {
-                index(matrix.pattern.places(all[k].0 as usize).start + offset(all[k]))
-            });
-            listed.iter().for_each(|&k| sum_start[k as usize + 1] += 1);
-            for k in 0..matrix.entries() {
-                sum_start[k + 1] += sum_start[k];
-            }
-            let mut next = sum_start.clone();
-            for (number, &k) in listed.iter().enumerate() {
-                sum[next[k as usize] as usize] = index(number);
-                next[k as usize] += 1;
-            }
-        }
+        let place = |k: usize| matrix.pattern.places(all[k].0 as usize).start + offset(all[k]);
+        let (sum_start, sum) = match named.len() {
+            0 => (Vec::new(), Vec::new()),
+            count => grouped(count, matrix.entries(), place),
+        };
         let rest = &all[named.len()..];
         let longest = (0..rows).map(|i| matrix.pattern.places(i).len()).max().unwrap_or(0);
         let offset = Offsets::new(rest.len(), longest, |k| offset(rest[k]));

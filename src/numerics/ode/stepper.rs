@@ -89,6 +89,16 @@ enum Method<'a> {
     Explicit(Box<ExplicitRk<'a, Equations>>),
 }
 
+impl Method<'_> {
+    fn set_shortest(&mut self, shortest: f64) {
+        match self {
+            Self::Bdf(solver) => solver.config_mut().minimum_timestep = shortest,
+            Self::Sdirk(solver) => solver.config_mut().minimum_timestep = shortest,
+            Self::Explicit(solver) => solver.config_mut().minimum_timestep = shortest,
+        }
+    }
+}
+
 macro_rules! every {
     ($method:expr, $solver:ident => $body:expr, none => $none:expr) => {
         match $method {
@@ -245,11 +255,7 @@ impl<'a> Stepper<'a> {
         if let Some(error) = problem.eqn.take_error() {
             return Err(error);
         }
-        match &mut method {
-            Method::Bdf(solver) => solver.config_mut().minimum_timestep = shortest,
-            Method::Sdirk(solver) => solver.config_mut().minimum_timestep = shortest,
-            Method::Explicit(solver) => solver.config_mut().minimum_timestep = shortest,
-        }
+        method.set_shortest(shortest);
         Ok(method)
     }
 
@@ -301,18 +307,10 @@ impl<'a> Stepper<'a> {
             let error = match stepped {
                 Ok(()) => {
                     let finite = self.is_finite();
-                    let verdict = if finite {
-                        every!(&self.method, solver => {
-                            accept(self.time, solver.state().y.inner().as_slice())
-                        }, none => Ok(()))
-                        .map_err(OdeError::from)
-                    } else {
-                        Err(OdeError::NotFinite)
-                    };
+                    let verdict =
+                        if finite { self.shown_to(accept) } else { Err(OdeError::NotFinite) };
                     match (verdict, stored_error) {
-                        (Ok(()), Some(error)) if !error.is_recoverable() => {
-                            return Err(error);
-                        }
+                        (Ok(()), Some(error)) if !error.is_recoverable() => return Err(error),
                         (Ok(()), told) => {
                             // A try that F had no value for ended in Newton's method.
                             rejected.newton -= rejected.newton.min(u64::from(told.is_some()));
@@ -344,6 +342,14 @@ impl<'a> Stepper<'a> {
             self.begin(time, start, step)?;
         }
         Ok(())
+    }
+
+    /// Whether `accept` takes the solution.
+    fn shown_to(&self, accept: &mut Accept<'_>) -> Result<()> {
+        every!(&self.method, solver => {
+            accept(self.time, solver.state().y.inner().as_slice())
+        }, none => Ok(()))
+        .map_err(OdeError::from)
     }
 
     /// Whether the solution is finite, and the rates there that an explicit method begins its next

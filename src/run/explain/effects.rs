@@ -1,9 +1,9 @@
 //! Unknowns, effects, laws and signals.
 
 use super::{Line, listed, place, verb};
-use crate::effects::{Coupling, EnergyTerm};
+use crate::effects::{Coupling, EnergyTerm, Internal};
 use crate::kinetics::Descriptor;
-use crate::model::Chemistry;
+use crate::model::{Chemistry, Model};
 use crate::run::Simulation;
 use crate::run::built::Brought;
 use crate::scene::Scene;
@@ -127,22 +127,50 @@ fn energy(term: &EnergyTerm, name: &str, law: Option<&Descriptor>) -> String {
 }
 
 pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
-    let model = simulation.model();
-    let mut terms = model.mechanics().terms().iter().zip(model.mechanics().names());
-    let transports: Vec<String> = model
-        .chemistry()
-        .map(|c| c.transport_names().map(str::to_owned).collect())
-        .unwrap_or_default();
-    let mut transports = transports.into_iter();
-    let mut constraints = model.mechanics().constraint_names();
-    let mut internal = model.internal().iter();
+    let mut remaining = Remaining::of(simulation.model());
     let mut lines = Vec::new();
     for (number, (spec, brought)) in scene.effects.iter().zip(&simulation.built.effects).enumerate()
     {
-        let mut parts = Vec::new();
-        for (term, name) in terms.by_ref().take(brought.energies) {
-            parts.push(energy(term, name, model.chemistry().map(Chemistry::descriptor)));
+        let mut parts = remaining.take(brought);
+        if parts.is_empty() {
+            parts.push("has no effect here: no energy, no fixed direction, no transport".into());
         }
+        let path = format!("effect[{number}]");
+        lines.push(Line::new(spec.name(), parts.join("; ")).at(scene, &path));
+    }
+    if lines.is_empty() {
+        lines.push(Line::new("none", "because the scene lists none"));
+    }
+    lines
+}
+
+/// The parts of a model in the order in which effects brought them, as far as no line has described them.
+struct Remaining<'a> {
+    model: &'a Model,
+    terms: Box<dyn Iterator<Item = (&'a EnergyTerm, &'a str)> + 'a>,
+    constraints: Box<dyn Iterator<Item = &'a str> + 'a>,
+    transports: Box<dyn Iterator<Item = &'a str> + 'a>,
+    internal: std::slice::Iter<'a, Box<dyn Internal>>,
+}
+
+impl<'a> Remaining<'a> {
+    fn of(model: &'a Model) -> Self {
+        let mechanics = model.mechanics();
+        let transports = model.chemistry().into_iter().flat_map(Chemistry::transport_names);
+        Self {
+            model,
+            terms: Box::new(mechanics.terms().iter().zip(mechanics.names())),
+            constraints: Box::new(mechanics.constraint_names()),
+            transports: Box::new(transports),
+            internal: model.internal().iter(),
+        }
+    }
+
+    /// Describes what the next effect brought.
+    fn take(&mut self, brought: &Brought) -> Vec<String> {
+        let law = self.model.chemistry().map(Chemistry::descriptor);
+        let energies = self.terms.by_ref().take(brought.energies);
+        let mut parts: Vec<String> = energies.map(|(term, name)| energy(term, name, law)).collect();
         if brought.pins[0] > 0 {
             let [directions, vertices] = brought.pins;
             parts.push(format!(
@@ -152,7 +180,7 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
         if brought.prescribed > 0 {
             parts.push("prescribes the positions of fixed directions in time".into());
         }
-        for name in constraints.by_ref().take(brought.constraints) {
+        for name in self.constraints.by_ref().take(brought.constraints) {
             parts.push(format!("constraint `{name}`: zero at every equilibrium, kept by a force"));
         }
         if brought.growth > 0 {
@@ -161,8 +189,9 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
         if brought.directs {
             parts.push("gives the length factor of the law a direction in the sheet".into());
         }
-        for name in transports.by_ref().take(brought.transports) {
-            let when = if model.moves() {
+        for name in self.transports.by_ref().take(brought.transports) {
+            let moves = self.model.moves();
+            let when = if moves {
                 "on every shape that the species see"
             } else {
                 "once, as the shape stays"
@@ -175,24 +204,16 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
                 brought.held
             ));
         }
-        parts.extend(internal.by_ref().take(brought.internal).map(|term| {
-            let lengths =
-                if term.multiplies_lengths() { "; they multiply optimal lengths" } else { "" };
-            let (name, noun) = (term.name(), term.place().noun());
-            format!(
-                "internal variables `{name}`: one per {noun}, integrated with the shape{lengths}"
-            )
-        }));
-        if parts.is_empty() {
-            parts.push("has no effect here: no energy, no fixed direction, no transport".into());
-        }
-        let path = format!("effect[{number}]");
-        lines.push(Line::new(spec.name(), parts.join("; ")).at(scene, &path));
+        parts.extend(self.internal.by_ref().take(brought.internal).map(|term| internal(&**term)));
+        parts
     }
-    if lines.is_empty() {
-        lines.push(Line::new("none", "because the scene lists none"));
-    }
-    lines
+}
+
+/// Where the internal variables of an effect live, and what they do.
+fn internal(term: &dyn Internal) -> String {
+    let lengths = if term.multiplies_lengths() { "; they multiply optimal lengths" } else { "" };
+    let (name, noun) = (term.name(), term.place().noun());
+    format!("internal variables `{name}`: one per {noun}, integrated with the shape{lengths}")
 }
 
 pub(super) fn laws(scene: &Scene, simulation: &Simulation) -> Vec<Line> {

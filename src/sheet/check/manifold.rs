@@ -67,14 +67,7 @@ impl Findings<'_> {
 
     /// Turns triangles until neighbours agree; whether that is possible.
     pub(super) fn orient(&mut self, edges: &Edges, triangles: &mut [[u32; 3]]) -> bool {
-        let mut neighbours: Vec<[Option<(usize, bool)>; 3]> = vec![[None; 3]; triangles.len()];
-        for group in edges.groups() {
-            if let [one, other] = group {
-                let agree = one.forward != other.forward;
-                neighbours[one.triangle][one.side] = Some((other.triangle, agree));
-                neighbours[other.triangle][other.side] = Some((one.triangle, agree));
-            }
-        }
+        let neighbours = neighbours(edges, triangles.len());
         let mut turned: Vec<Option<bool>> = vec![None; triangles.len()];
         let mut twisted = Vec::new();
         for start in 0..triangles.len() {
@@ -180,4 +173,17 @@ impl Findings<'_> {
         }
         first.len() == 1
     }
+}
+
+/// The triangle across each side, and whether it is oriented as this one is.
+fn neighbours(edges: &Edges, triangles: usize) -> Vec<[Option<(usize, bool)>; 3]> {
+    let mut neighbours = vec![[None; 3]; triangles];
+    for group in edges.groups() {
+        if let [one, other] = group {
+            let agree = one.forward != other.forward;
+            neighbours[one.triangle][one.side] = Some((other.triangle, agree));
+            neighbours[other.triangle][other.side] = Some((one.triangle, agree));
+        }
+    }
+    neighbours
 }

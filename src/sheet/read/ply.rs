@@ -103,13 +103,8 @@ fn head<'a>(stream: &mut Stream<'a>) -> Result<(Coding, Vec<Element<'a>>), Strin
                 coding = Some(coding_of(name).map_err(|why| stream.fault(why))?);
             }
             ["element", name, count] => {
-                let count = count.parse().map_err(|_| {
-                    stream.fault(format!(
-                        "\"{}\" is not a count of \"{}\"",
-                        shown(count),
-                        shown(name)
-                    ))
-                })?;
+                let what = || format!("\"{}\" is not a count of \"{}\"", shown(count), shown(name));
+                let count = count.parse().map_err(|_| stream.fault(what()))?;
                 elements.push(Element { name, count, properties: Vec::new() });
             }
             ["property", ref rest @ ..] => {

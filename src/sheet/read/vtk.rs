@@ -57,38 +57,20 @@ pub(super) fn parse(bytes: &[u8], kind: Kind) -> Result<Surface, String> {
 /// Finds the piece, its arrays and the appended data.
 fn take_apart(bytes: &[u8], kind: Kind) -> Result<File<'_>, String> {
     let mut scanner = Scanner::new(bytes);
-    let mut encoding = None;
-    let mut pieces: Vec<Tag> = Vec::new();
-    let mut arrays: Vec<Raw> = Vec::new();
+    let mut parts = Parts { kind, encoding: None, pieces: Vec::new(), arrays: Vec::new() };
     let mut appended = None;
     let mut open: Vec<&str> = Vec::new();
     while let Some(token) = scanner.token()? {
         match token {
             Token::Start(tag) => {
-                match tag.name {
-                    "VTKFile" if open.is_empty() => encoding = Some(header(&tag, kind)?),
-                    _ if encoding.is_none() => {
-                        return Err(format!(
-                            "line {}: <{}> instead of <VTKFile>",
-                            tag.line, tag.name
-                        ));
-                    }
-                    "Piece" => pieces.push(tag.clone()),
-                    "DataArray" => {
-                        let section = open.last().copied().unwrap_or_default();
-                        arrays.push(Raw { section, tag: tag.clone(), text: &[] });
-                    }
-                    "AppendedData" => {
-                        appended = Some(appended_data(scanner.rest(), &tag)?);
-                    }
-                    _ => {}
+                parts.open(&tag, &open)?;
+                // Raw bytes may look like tags; nothing of interest follows them.
+                if tag.name == "AppendedData" {
+                    appended = Some(appended_data(scanner.rest(), &tag)?);
+                    break;
                 }
                 if !tag.empty {
                     open.push(tag.name);
-                }
-                // Raw bytes may look like tags; nothing of interest follows them.
-                if appended.is_some() {
-                    break;
                 }
             }
             Token::End(name) => {
@@ -96,14 +78,8 @@ fn take_apart(bytes: &[u8], kind: Kind) -> Result<File<'_>, String> {
                     return Err(format!("line {}: </{name}> closes nothing", scanner.line()));
                 }
             }
-            Token::Text(text) => {
-                if open.last() == Some(&"DataArray")
-                    && let Some(array) = arrays.last_mut()
-                    && array.text.is_empty()
-                {
-                    array.text = text.trim_ascii();
-                }
-            }
+            Token::Text(text) if open.last() == Some(&"DataArray") => parts.text(text),
+            Token::Text(_) => {}
         }
     }
     if appended.is_none() && !open.is_empty() {
@@ -113,6 +89,7 @@ fn take_apart(bytes: &[u8], kind: Kind) -> Result<File<'_>, String> {
             open.get(..10).unwrap_or(&open).join("><")
         ));
     }
+    let Parts { encoding, pieces, arrays, .. } = parts;
     let encoding = encoding.ok_or("is empty: no <VTKFile> in it")?;
     let count = pieces.len();
     match <[Tag; 1]>::try_from(pieces) {
@@ -121,6 +98,40 @@ fn take_apart(bytes: &[u8], kind: Kind) -> Result<File<'_>, String> {
             Ok(File { encoding, budget, piece, arrays, appended })
         }
         Err(_) => Err(format!("has {count} pieces; exactly one is read (merge the blocks first)")),
+    }
+}
+
+/// The contents of a file before its appended data.
+struct Parts<'a> {
+    kind: Kind,
+    encoding: Option<Encoding>,
+    pieces: Vec<Tag<'a>>,
+    arrays: Vec<Raw<'a>>,
+}
+
+impl<'a> Parts<'a> {
+    /// A tag opens inside of those that are `open`.
+    fn open(&mut self, tag: &Tag<'a>, open: &[&'a str]) -> Result<(), String> {
+        match tag.name {
+            "VTKFile" if open.is_empty() => self.encoding = Some(header(tag, self.kind)?),
+            name if self.encoding.is_none() => {
+                return Err(format!("line {}: <{name}> instead of <VTKFile>", tag.line));
+            }
+            "Piece" => self.pieces.push(tag.clone()),
+            "DataArray" => {
+                let section = open.last().copied().unwrap_or_default();
+                self.arrays.push(Raw { section, tag: tag.clone(), text: &[] });
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// The text of the array that is open.
+    fn text(&mut self, text: &'a [u8]) {
+        if let Some(array) = self.arrays.last_mut().filter(|array| array.text.is_empty()) {
+            array.text = text.trim_ascii();
+        }
     }
 }
 

@@ -65,6 +65,12 @@ pub struct IntegratorCurve {
     pub fixed_steps: bool,
 }
 
+impl IntegratorCurve {
+    fn of(choice: &super::plan::integrator::IntegratorChoice) -> Self {
+        Self { name: choice.name.clone(), fixed_steps: choice.fixed_steps }
+    }
+}
+
 /// Role of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

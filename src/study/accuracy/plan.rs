@@ -146,29 +146,23 @@ impl Study {
             Some((study, plan)) => planned.extend(taken(study, plan)),
             None => {
                 let tightest = tolerances.last().map_or(1e-4, |t| t.get());
-                let forces = options.forces.iter().map(|f| f.get());
-                let force = moves.then(|| forces.fold(plain.equilibrium.tolerance(), f64::min));
+                let watch = watched(&plain, moves, vertices);
+                let force = moves.then(|| options.tightest_force(&plain));
                 let mut made = base.references(tightest, force)?;
                 if options.references.is_empty() {
                     made.retain(|(_, _, sets)| {
                         others.iter().all(|axis| allowed((scene, set), search, axis, sets))
                     });
                 }
-                if let Some(watch) = watched(&plain, moves, vertices) {
-                    made.iter_mut().for_each(|(_, _, sets)| sets.push(watch.clone()));
-                }
+                made.iter_mut().for_each(|(_, _, sets)| sets.extend(watch.clone()));
                 planned.extend(made);
             }
         }
         // Neither the loosest nor the tightest.
         let like = 1.min(tolerances.len() - 1) * options.forces.len().max(1);
         base.add_seeds(&plain, like, &mut planned)?;
-        let line = |c: &IntegratorChoice| IntegratorCurve {
-            name: c.name.clone(),
-            fixed_steps: c.fixed_steps,
-        };
         let study = Self {
-            curves: candidates.iter().map(line).collect(),
+            curves: candidates.iter().map(IntegratorCurve::of).collect(),
             runs: planned.iter().map(|(role, _, _)| role.clone()).collect(),
             left_out: base.left_out,
             wanted: options.wanted,
@@ -336,6 +330,11 @@ fn allowed(
 const TIGHTEST: f64 = 1e-13;
 
 impl Options {
+    /// The least force tolerance, that of the scene included.
+    fn tightest_force(&self, plain: &Scene) -> f64 {
+        self.forces.iter().map(|f| f.get()).fold(plain.equilibrium.tolerance(), f64::min)
+    }
+
     /// Refuses what the scene file `scene` with `set` and the first of every one of `others` cannot have: errors of
     /// what it has not, tolerances that nothing meets.
     ///

@@ -76,6 +76,19 @@ impl Observer for Record<'_> {
     }
 }
 
+impl<'a> Record<'a> {
+    /// Of a member in `directory`, of whose results those of the times `kept` stay.
+    fn open(plan: &Plan, directory: &'a ResultDirectory, kept: &[f64]) -> Result<Self> {
+        let file = |name: &str| directory.root().join(name);
+        let states = match plan.states {
+            true => Some(StateFile::reopen(&file(ResultDirectory::STATES), kept)?),
+            false => None,
+        };
+        let measures = open_measures(&file(ResultDirectory::MEASURES), kept)?;
+        Ok(Self { directory, level: plan.level, measures, states })
+    }
+}
+
 /// Longest time that a member waits for another process that writes to its directory.
 const PATIENCE: Duration = Duration::from_secs(20);
 
@@ -121,18 +134,8 @@ pub fn run(
         }
         // Of one that is resumed, results up to the checkpoint are kept.
         let kept = from.as_ref().map(Checkpoint::frames).unwrap_or_default();
-        let file = |name: &str| directory.root().join(name);
-        let states = plan
-            .states
-            .then(|| StateFile::reopen(&file(ResultDirectory::STATES), kept))
-            .transpose()?;
         let mut limit = TimeLimit::watch(point.limit, scene.time.span.until.get(), interrupt);
-        let mut record = Record {
-            directory: &directory,
-            level: plan.level,
-            measures: open_measures(&file(ResultDirectory::MEASURES), kept)?,
-            states,
-        };
+        let mut record = Record::open(plan, &directory, kept)?;
         let observers: &mut [&mut dyn Observer] = &mut [&mut limit, &mut record];
         let observers = (from.as_ref(), observers);
         let summary =

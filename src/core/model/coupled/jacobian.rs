@@ -84,6 +84,41 @@ struct Values<'a> {
     read: &'a [usize],
 }
 
+impl<'a> Values<'a> {
+    /// All but the Hessian. Lengths that nothing feels need no derivatives.
+    fn of(
+        model: &'a Model,
+        (layout, state): (&'a Layout, &'a State),
+        (surface, signals): (&'a Surface, &SignalColumns),
+        feels_lengths: impl FnOnce(&Chemistry) -> bool,
+    ) -> Result<Self, ModelError> {
+        let mut at = Self {
+            layout,
+            state,
+            surface,
+            hessian: None,
+            chemistry: None,
+            factor_slopes: None,
+            curvature_slopes: None,
+            read: &[],
+        };
+        let Some(chemistry) = model.chemistry().filter(|_| layout.species() > 0) else {
+            return Ok(at);
+        };
+        let c: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
+        at.chemistry = Some((chemistry, chemistry.reaction_partials(&c, signals)?));
+        if feels_lengths(chemistry) {
+            at.factor_slopes = factor_slopes(model, chemistry, surface, state)?;
+        }
+        if layout.mechanical() > 0 {
+            let (sheet, species) = (model.sheet(), &state.species);
+            at.curvature_slopes = chemistry.curvature_slopes(sheet, surface, species)?;
+            at.read = model.mechanics().species();
+        }
+        Ok(at)
+    }
+}
+
 impl Sums {
     /// Adds what goes through optimal lengths, spontaneous curvatures and species that energies read.
     fn fill_through(&mut self, potential: &mut Potential, at: &Values<'_>) {
@@ -146,33 +181,11 @@ impl Jacobian {
             let hessian = self.hessian.get_or_insert_with(|| BlockMatrix::zeros(pattern));
             potential.hessian(&state.x, HessianPart::Full, hessian)?;
         }
-        let hessian = self.hessian.as_ref();
-        let mut at = Values {
-            layout,
-            state,
-            surface,
-            hessian,
-            chemistry: None,
-            factor_slopes: None,
-            curvature_slopes: None,
-            read: &[],
-        };
-        // Lengths that nothing feels need no derivatives.
-        let lengths = |chemistry: &Chemistry| {
+        let feels_lengths = |chemistry: &Chemistry| {
             layout.mechanical() > 0 || potential.is_some() && chemistry.reads_strain()
         };
-        if let Some(chemistry) = model.chemistry().filter(|_| layout.species() > 0) {
-            let c: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
-            at.chemistry = Some((chemistry, chemistry.reaction_partials(&c, signals)?));
-            if lengths(chemistry) {
-                at.factor_slopes = factor_slopes(model, chemistry, surface, state)?;
-            }
-            if layout.mechanical() > 0 {
-                let (sheet, species) = (model.sheet(), &state.species);
-                at.curvature_slopes = chemistry.curvature_slopes(sheet, surface, species)?;
-                at.read = model.mechanics().species();
-            }
-        }
+        let at = Values::of(model, (layout, state), (surface, signals), feels_lengths)?;
+        let at = Values { hessian: self.hessian.as_ref(), ..at };
         let n = layout.unknowns();
         let places: Vec<[Option<usize>; 3]> = layout.displacements().collect();
         // Without a Hessian they are few, and lists in parts cost memory.

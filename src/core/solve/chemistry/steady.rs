@@ -5,7 +5,7 @@
 //! (pseudo-transient continuation; Kelley & Keyes, SIAM J. Numer. Anal. 35 (1998) 508,
 //! doi:10.1137/S0036142996304796).
 
-use crate::linear::{LinearChoice, Shifted};
+use crate::linear::{LinearChoice, LinearError, Shifted, Sparse};
 use crate::model::{Coupled, Model, Part, State};
 use crate::solve::{Result, SolveError, Workspace, counters};
 
@@ -66,7 +66,6 @@ impl SteadyChemistry {
         let Workspace { model, control, .. } = workspace;
         let _scope = counters::part(model.tally(), counters::SETTLING);
         let coupled = self.alone.get_or_insert_with(|| Coupled::new(model, Part::Chemistry));
-        let newton = &mut self.newton;
         coupled.start(state);
         let n = coupled.layout().unknowns();
         let tolerance = coupled.tolerances(atol);
@@ -75,42 +74,29 @@ impl SteadyChemistry {
         coupled.residual(state.time, &y, &mut rate)?;
         // The first step changes nothing by more than its own size.
         let typical: Vec<f64> = tolerance.iter().map(|tolerance| tolerance / atol).collect();
-        let relative = |y: &[f64], rate: &[f64]| relative(&typical, y, rate);
-        let first = relative(&y, &rate);
-        let mut speed = first;
-        let mut inverse_step = first;
-        let mut rejected = 0;
+        let mut speed = relative(&typical, &y, &rate);
+        if speed == 0.0 {
+            return Ok(());
+        }
+        let mut steps = Steps::new(speed);
         let most = if leap == Leap::Refused { MOST_NEAR } else { MOST };
         for step in 0..most {
-            if first == 0.0 {
-                return Ok(());
-            }
             control.check()?;
             control.report(|| relaxing(step, most, speed));
             let jacobian = coupled.jacobian(state.time, &y)?;
             let fastest = jacobian.largest();
-            let newton = match &mut *newton {
-                Some(newton) => newton,
-                None => newton.insert(Shifted::new(jacobian, LinearChoice::Auto, None)?),
-            };
             let mut change = rate.clone();
-            if let Err(failure) =
-                newton.solve(jacobian, |_| (inverse_step, 1.0), &mut change, model.tally())
-            {
-                // A shorter step makes the matrix easier; with no step to speak of it is the identity.
-                inverse_step = 4.0 * inverse_step.max(1e-9 * first);
-                rejected += 1;
-                if rejected > MOST_FAILURES {
-                    return Err(failure.into());
-                }
+            let newton = prepared(&mut self.newton, jacobian)?;
+            let diagonals = |_| (steps.inverse, 1.0);
+            let solved = newton.solve(jacobian, diagonals, &mut change, model.tally());
+            if !steps.are_solved(solved)? {
                 continue;
             }
-            rejected = 0;
             let at = Iterate { model, state, y: &y, rate: &rate, tolerance: (rtol, &tolerance) };
             let Trial { y: tried, rate: after, largest, error } =
-                at.trial(coupled, &change, inverse_step, &typical)?;
+                at.trial(coupled, &change, steps.inverse, &typical)?;
             if !(error <= 4.0 * ERROR && largest.is_finite()) {
-                inverse_step = shortening(error) * inverse_step.max(1e-9 * first);
+                steps.shorten(shortening(error));
                 continue;
             }
             (y, rate) = (tried, after);
@@ -118,19 +104,67 @@ impl SteadyChemistry {
             if leap == Leap::Refused && (0..n).any(left) {
                 return Err(SolveError::Leap { time: state.time });
             }
-            speed = relative(&y, &rate);
+            speed = relative(&typical, &y, &rate);
             if !speed.is_finite() {
                 break;
             }
-            let long = inverse_step < 1e-3 * first || LONG * inverse_step < fastest;
-            if largest < STILL && long {
+            if largest < STILL && steps.are_long(fastest) {
                 return accept(state, (coupled, model), &y, (rtol, atol));
             }
-            let growth = (error / ERROR).sqrt().clamp(0.1, 2.0);
-            inverse_step *= if largest < STILL { growth.min(0.1) } else { growth };
+            steps.adapt(error, largest < STILL);
         }
         Err(SolveError::NotSteady { time: state.time, rate: speed })
     }
+}
+
+/// The lengths of steps.
+struct Steps {
+    /// 1/Δτ.
+    inverse: f64,
+    /// The largest relative rate at the start.
+    first: f64,
+    /// Linear systems in a row that failed.
+    failures: usize,
+}
+
+impl Steps {
+    fn new(first: f64) -> Self {
+        Self { inverse: first, first, failures: 0 }
+    }
+
+    fn shorten(&mut self, by: f64) {
+        self.inverse = by * self.inverse.max(1e-9 * self.first);
+    }
+
+    /// Whether a linear system was solved. A shorter step makes a matrix easier that could not be solved with; with no step to
+    /// speak of it is the identity.
+    fn are_solved(&mut self, solved: std::result::Result<(), LinearError>) -> Result<bool> {
+        let Err(failure) = solved else {
+            self.failures = 0;
+            return Ok(true);
+        };
+        self.shorten(4.0);
+        self.failures += 1;
+        if self.failures > MOST_FAILURES { Err(failure.into()) } else { Ok(false) }
+    }
+
+    fn are_long(&self, fastest: f64) -> bool {
+        self.inverse < 1e-3 * self.first || LONG * self.inverse < fastest
+    }
+
+    /// After an accepted step with this `error`.
+    fn adapt(&mut self, error: f64, is_still: bool) {
+        let growth = (error / ERROR).sqrt().clamp(0.1, 2.0);
+        self.inverse *= if is_still { growth.min(0.1) } else { growth };
+    }
+}
+
+/// Solves `(1/Δτ - ∂F/∂c) δ = F`, once it is analysed.
+fn prepared<'a>(newton: &'a mut Option<Shifted>, jacobian: &Sparse) -> Result<&'a mut Shifted> {
+    Ok(match newton {
+        Some(newton) => newton,
+        None => newton.insert(Shifted::new(jacobian, LinearChoice::Auto, None)?),
+    })
 }
 
 /// Progress message of a search.

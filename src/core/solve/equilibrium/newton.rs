@@ -308,16 +308,14 @@ impl Newton {
             parallel::fill(&mut at.step, |i| -at.gradient[i]);
             self.solve_in(&gauge, &mut at.step, &update);
             // The last step is taken all the same: what is left then is far less.
-            let last = balanced
-                && *sigma <= LEAST
-                && potential.reduction().largest(&at.step) <= goal.distance_tolerance;
+            let far_off = potential.reduction().largest(&at.step);
+            let last = balanced && *sigma <= LEAST && far_off <= goal.distance_tolerance;
             // Forces that lead out of the trust region and are as small as this tell no direction.
             let Some(length) = at.longest(potential, goal, balanced) else {
                 return Ok(Tried::AtRest);
             };
             parallel::fill(&mut at.trial, |i| at.x[i] + length * at.step[i]);
-            let share = self.options.area_share.get();
-            if !potential.keeps_triangles(at.x, &at.trial, share, 0.0) {
+            if !potential.keeps_triangles(at.x, &at.trial, self.options.area_share.get(), 0.0) {
                 *sigma *= 8.0;
                 continue;
             }
@@ -327,17 +325,16 @@ impl Newton {
             let allowed = self.options.path_error.get() * potential.metric().mean_edge();
             let error = 0.5 * potential.reduction().largest(&at.defect) / allowed;
             let descends = e <= at.energy || level(potential, at.energy, e);
-            if !(e.is_finite() && descends && error <= 1.0) {
-                if last {
-                    return Ok(Tried::AtRest);
-                }
-                *sigma *= (2.0 * error).clamp(4.0, 64.0);
-                continue;
+            if e.is_finite() && descends && error <= 1.0 {
+                at.accept(e);
+                // The error of a step grows with its square; near rest with the defect itself.
+                *sigma = (*sigma * (1.2 * error.sqrt()).clamp(0.02, 1.5)).max(LEAST);
+                return Ok(if last { Tried::Last } else { Tried::Taken });
             }
-            at.accept(e);
-            // The error of a step grows with its square; near rest with the defect itself.
-            *sigma = (*sigma * (1.2 * error.sqrt()).clamp(0.02, 1.5)).max(LEAST);
-            return Ok(if last { Tried::Last } else { Tried::Taken });
+            if last {
+                return Ok(Tried::AtRest);
+            }
+            *sigma *= (2.0 * error).clamp(4.0, 64.0);
         }
     }
 }

@@ -13,10 +13,10 @@ use super::super::global_state::{check_global_state, keep_open};
 use super::super::{Library, PluginKinetics, take_destroy_error};
 use super::columns::Columns;
 use super::grown::Grown;
-use super::memory::{ANSWERED, ASKED, CALLS, LOCATIONS, Lane, Memory};
+use super::memory::{ANSWERED, ASKED, CALLS, Head, LOCATIONS, Lane, Memory};
 use super::reply::{About, CallProblem, CreateRequest};
 use crate::batch::{Batch, Column, UNTOUCHED};
-use crate::{Feedback, Kinetics, KineticsError, Outcome};
+use crate::{Feedback, Kinetics, KineticsError, Location, Outcome};
 
 /// Bytes of stack of a thread: what the main one has elsewhere.
 const STACK: usize = 8 << 20;
@@ -185,22 +185,13 @@ impl Served {
 
     /// Calls the law at the points of the lane; the outcome, and where the columns end.
     fn evaluate(&self, lane: &mut Lane, call: &'static str) -> Result<(Outcome, usize), String> {
-        let nonsense = || format!("{call} is asked for what makes no sense");
-        let head = lane.head();
-        let number = |value: u64| usize::try_from(value).map_err(|_| nonsense());
-        let law = {
-            let number = number(head.law.load(Ordering::Relaxed))?;
-            let laws = self.laws.read().unwrap_or_else(PoisonError::into_inner);
-            laws.get(number).cloned().flatten().ok_or_else(nonsense)?
-        };
-        let first = number(head.first.load(Ordering::Relaxed))?;
-        let count = number(head.count.load(Ordering::Relaxed))?;
-        let location = LOCATIONS.get(head.location.load(Ordering::Relaxed) as usize);
-        let mut parts = [0; 5];
-        for (part, place) in parts.iter_mut().zip(&head.columns) {
-            *part = number(place.load(Ordering::Relaxed))?;
-        }
-        let [species, signals, parameters, values, partials] = parts;
+        let nonsense = || nonsense(call);
+        let Request { law, first, count, location, columns } =
+            Request::read(lane.head()).ok_or_else(nonsense)?;
+        let laws = self.laws.read().unwrap_or_else(PoisonError::into_inner);
+        let law = laws.get(law).cloned().flatten().ok_or_else(nonsense)?;
+        drop(laws);
+        let [species, signals, parameters, values, partials] = columns;
         let inputs = species + signals + parameters;
         let room = |lane: &mut Lane, bytes: usize| lane.room(bytes).map_err(|e| e.to_string());
         room(lane, inputs.saturating_mul(size_of::<u64>()))?;
@@ -228,7 +219,7 @@ impl Served {
             out.push(column);
         }
         let batch = Batch {
-            location: *location.ok_or_else(nonsense)?,
+            location,
             first,
             count,
             species: &all[..species],
@@ -252,6 +243,39 @@ impl Served {
             return Ok((Err(KineticsError::Misbehaves { plugin, call, what }), columns.bytes));
         }
         Ok((outcome, columns.bytes))
+    }
+}
+
+fn nonsense(call: &str) -> String {
+    format!("{call} is asked for what makes no sense")
+}
+
+/// What a call is asked for.
+struct Request {
+    /// Number of the law.
+    law: usize,
+    first: usize,
+    count: usize,
+    location: Location,
+    /// Counts of columns: species, signals, parameters, values, partial derivatives.
+    columns: [usize; 5],
+}
+
+impl Request {
+    /// None if a number is out of range.
+    fn read(head: &Head) -> Option<Self> {
+        let number = |value: u64| usize::try_from(value).ok();
+        let mut columns = [0; 5];
+        for (part, place) in columns.iter_mut().zip(&head.columns) {
+            *part = number(place.load(Ordering::Relaxed))?;
+        }
+        Some(Self {
+            law: number(head.law.load(Ordering::Relaxed))?,
+            first: number(head.first.load(Ordering::Relaxed))?,
+            count: number(head.count.load(Ordering::Relaxed))?,
+            location: *LOCATIONS.get(head.location.load(Ordering::Relaxed) as usize)?,
+            columns,
+        })
     }
 }
 

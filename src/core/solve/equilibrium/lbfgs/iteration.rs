@@ -101,6 +101,11 @@ impl Iterate {
         balanced && (exact || goal.distance_tolerance == f64::INFINITY)
     }
 
+    /// Whether the energy `e` is lower by more than round-off.
+    fn falls_to(&self, e: f64) -> bool {
+        e < self.energy - NO_FALL * self.energy.abs()
+    }
+
     /// Takes over residual and energy of the iterate.
     fn report(&mut self, potential: &Potential) {
         self.done.residual = potential.residual(&self.gradient);
@@ -120,14 +125,7 @@ impl Lbfgs {
         goal: &Goal<'_>,
         patience: usize,
     ) -> Result<(Relaxation, Outcome), SolveError> {
-        self.fixed.clear();
-        let mut gradient = vec![Vec3::zeros(); x.len()];
-        let energy = self.evaluate(potential, x, &mut gradient);
-        let mut at = Iterate::new(gradient, energy);
-        let rules = self.begin(potential, goal);
-        let kinks = rules.turns && self.inverse.is_vertexwise();
-        let patience = if kinks { patience.min(KINK) } else { patience };
-        let mut progress = Progress::new(energy, potential.residual(&at.gradient), patience);
+        let (mut at, rules, mut progress) = self.start(potential, x, goal, patience);
         loop {
             at.report(potential);
             let balanced = reached(potential, &at.done, goal, x)?;
@@ -135,8 +133,7 @@ impl Lbfgs {
                 return Ok((at.done, Outcome::AtRest));
             }
             if progress.is_poor(&at.done) {
-                let poor = Some(Outcome::Poor).filter(|_| self.may_hand_over());
-                if let Some(outcome) = Some(Outcome::AtRest).filter(|_| balanced).or(poor) {
+                if let Some(outcome) = self.outcome_of_poor_progress(balanced) {
                     return Ok((at.done, outcome));
                 }
                 // Around the kink of a flat triangle an iteration does not converge.
@@ -154,35 +151,57 @@ impl Lbfgs {
             }
             // The step is taken all the same: what is left then is far less.
             let last = far_off <= rules.slack;
-            let most = (rules.longest / far_off).min(1.0);
-            let length = match within(potential.reduction(), goal.trust, x, (&at.d, most)) {
-                Some(length) => length,
+            let direction = (&at.d[..], (rules.longest / far_off).min(1.0));
+            let Some(length) = within(potential.reduction(), goal.trust, x, direction) else {
                 // Forces as small as this tell no direction.
-                None if balanced => return Ok((at.done, Outcome::AtRest)),
-                None => return Err(SolveError::Departed),
+                let at_rest = balanced.then_some((at.done, Outcome::AtRest));
+                return at_rest.ok_or(SolveError::Departed);
             };
             let accepted =
                 self.search_line(potential, x, goal, (&rules, &mut at), (slope, length))?;
             if (last || balanced) && accepted.is_none() {
                 return Ok((at.done, Outcome::AtRest));
             }
-            let falls = accepted.is_some_and(|e| e < at.energy - NO_FALL * at.energy.abs());
             let far = at.done.residual > 10.0 * goal.tolerance && !rules.turns;
-            if (accepted.is_none() || (far && !falls)) && self.collapses(potential, x, &mut at)? {
-                continue;
-            }
-            let Some(e) = accepted else {
-                if self.is_exhausted(&at) {
-                    return Ok((at.done, Outcome::NoStep));
+            let stagnates = !accepted.is_some_and(|e| !far || at.falls_to(e));
+            match accepted {
+                _ if stagnates && self.collapses(potential, x, &mut at)? => {}
+                None if self.is_exhausted(&at) => return Ok((at.done, Outcome::NoStep)),
+                None => {}
+                Some(e) => {
+                    self.accept(potential, x, &mut at, e);
+                    if last {
+                        at.report(potential);
+                        return Ok((at.done, Outcome::AtRest));
+                    }
                 }
-                continue;
-            };
-            self.accept(potential, x, &mut at, e);
-            if last {
-                at.report(potential);
-                return Ok((at.done, Outcome::AtRest));
             }
         }
+    }
+
+    /// The iterate at `x`, the rules of the energy there, and the progress from there.
+    fn start(
+        &mut self,
+        potential: &mut Potential,
+        x: &[Vec3],
+        goal: &Goal<'_>,
+        patience: usize,
+    ) -> (Iterate, Rules, Progress) {
+        self.fixed.clear();
+        let mut gradient = vec![Vec3::zeros(); x.len()];
+        let energy = self.evaluate(potential, x, &mut gradient);
+        let at = Iterate::new(gradient, energy);
+        let rules = self.begin(potential, goal);
+        let kinks = rules.turns && self.inverse.is_vertexwise();
+        let patience = if kinks { patience.min(KINK) } else { patience };
+        let progress = Progress::new(energy, potential.residual(&at.gradient), patience);
+        (at, rules, progress)
+    }
+
+    /// The outcome of an iteration that makes poor progress; none where it continues all the same.
+    fn outcome_of_poor_progress(&self, balanced: bool) -> Option<Outcome> {
+        let poor = self.may_hand_over().then_some(Outcome::Poor);
+        balanced.then_some(Outcome::AtRest).or(poor)
     }
 
     /// Whether nothing is left to try after a search along a line without a step; otherwise the factor is to be renewed, a
