@@ -9,7 +9,7 @@ use super::SceneArgs;
 use crate::output::{Compression, Inputs, ResultFile, vtu};
 use crate::run::stability::{StabilityReport, add_modes};
 use crate::run::{Error, Result, Simulation, inspect, overview, provenance};
-use crate::sheet::read;
+use crate::sheet::{Surface, read};
 
 /// Arguments of `inspect`.
 #[derive(Debug, Args)]
@@ -19,6 +19,10 @@ pub(super) struct InspectArgs {
     /// The state: points are positions, arrays are species by name; the scene's start if absent.
     #[arg(long, value_name = "FILE")]
     state: Option<PathBuf>,
+    /// Time at which ramps, growth and laws are evaluated; by default that of the state's frame, and without one that of
+    /// the scene's start.
+    #[arg(long, value_name = "T", allow_hyphen_values = true, value_parser = super::follow::finite)]
+    time: Option<f64>,
     /// File for all numbers in JSON, `-` for standard output; without --json, --vtu and --stability an overview
     /// is printed.
     #[arg(long, value_name = "FILE")]
@@ -58,9 +62,9 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
     }
     if let Some(surface) = &given {
         inspect::take_state(&mut simulation, surface)?;
-        // Ramps, growth and laws are evaluated at the time of the frame.
-        simulation.stepper.state.time = surface.time.unwrap_or(simulation.stepper.state.time);
     }
+    let (time, whose) = time_of(args, given.as_ref(), simulation.stepper.state.time);
+    simulation.stepper.state.time = time;
     // Standard output is for the numbers.
     simulation.notes.iter().for_each(|note| super::warn(note));
     let relaxation = match args.relax {
@@ -72,6 +76,9 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
         false => None,
     };
     let shown = [&json, &vtu].contains(&&Some(ResultFile::StandardOutput));
+    if !shown {
+        say!("evaluated at time {time}, {whose}");
+    }
     if let Some(report) = stability.as_ref().filter(|_| !shown) {
         say!("{}", report.to_string().trim_end());
     }
@@ -105,6 +112,18 @@ fn relax(simulation: &mut Simulation) -> Result<serde_json::Value> {
         "relaxed: {iterations} iterations, force residual {residual:.3e} (tolerance {tolerance:.1e})"
     ));
     Ok(json!({ "iterations": iterations, "residual": residual, "tolerance": tolerance }))
+}
+
+/// The time at which a state is evaluated, and whose it is.
+fn time_of(args: &InspectArgs, state: Option<&Surface>, start: f64) -> (f64, &'static str) {
+    match (args.time, state.and_then(|state| state.time).filter(|time| time.is_finite())) {
+        (Some(time), _) => (time, "as --time says"),
+        (None, Some(time)) => (time, "that of the frame"),
+        (None, None) if state.is_some() => {
+            (start, "that of the start, as the state has none: --time gives another")
+        }
+        (None, None) => (start, "that of the start"),
+    }
 }
 
 /// Writes the frame of the state, with the modes of `stability`.

@@ -206,10 +206,7 @@ impl Fields {
                     let curvature = Curvature::of(&at.potential()?.shape(x), &self.area);
                     Field::scalar(title, curvature.area)
                 }
-                "force" => {
-                    let force: Vec<Vec3> = at.gradient()?.iter().map(|g| -g).collect();
-                    Field::vector(title, &force)
-                }
+                "force" => Field::vector(title, &at.potential()?.forces(x)),
                 "length_factor" => Field::scalar(title, vertex_factor(at.potential()?)),
                 _ => Field::vector(title, sheet.rest()),
             });

@@ -26,9 +26,8 @@ const GROUPS: [(&str, &str); 4] = [
 #[must_use]
 pub fn overview(all: &Value) -> String {
     let mut text = String::new();
-    let _ = writeln!(text, "time {}", all["time"]);
     let forces = &all["force"];
-    let _ = writeln!(text, "\n{:<32} {:>13} {:>16}", "effect", "energy", "largest force");
+    let _ = writeln!(text, "{:<32} {:>13} {:>16}", "effect", "energy", "largest force");
     for (name, energy) in all["energy"].as_object().into_iter().flatten() {
         let largest = norms(&forces[name]).fold(0.0, f64::max);
         let energy = energy.as_f64().unwrap_or(f64::NAN);

@@ -299,3 +299,95 @@ fn a_frame_is_inspected_at_its_time() {
     let load = all["energy"]["load"].as_f64().unwrap();
     assert!(expected < -1e-6 && (load / expected - 1.0).abs() < 1e-9, "{load}, {expected}");
 }
+
+/// Frames had 0 along pinned axes, where the reactions are.
+#[test]
+fn the_force_of_a_frame_is_that_of_the_effects_on_pins_too() {
+    let load = "[[effect]]\nkind = \"load\"\nwhere = \"all\"\nforce = { total = [0, 0, 5e3] }";
+    let keys = ["output.fields=[\"force\"]", "equilibrium.tolerance=1e-8"];
+    let (_, mut simulation) = prepare(&[load, keys[0], keys[1]]);
+    simulation.relax().unwrap();
+    let frame = simulation.frame().unwrap();
+    let force = frame.point.iter().find(|f| f.name == "force [force]").unwrap().data.to_vec();
+    let all = inspect::inspect(&mut simulation).unwrap();
+    let total: Vec<f64> =
+        all["force"]["total"].as_array().unwrap().iter().flat_map(numbers).collect();
+    let largest = total.iter().fold(0.0, |a: f64, f| a.max(f.abs()));
+    assert!(force.iter().zip(&total).all(|(f, t)| (f - t).abs() < 1e-9 * largest));
+    // Inner forces cancel: on the pins is all of the load.
+    let held: f64 = (0..force.len() / 3)
+        .filter(|i| simulation.sheet().boundary()[*i])
+        .map(|i| force[3 * i + 2])
+        .sum();
+    assert!((held / 5e3 - 1.0).abs() < 1e-2, "{held}");
+}
+
+/// A constraint is kept by a force too.
+#[test]
+fn the_force_of_a_frame_has_that_of_constraints() {
+    let text = "sheet = { shape = 'sphere', radius = 10.0, vertices = 200 }
+        material = { young = 1e3, poisson = 0.3333333333333333, thickness = 0.1 }
+        effect = [{ kind = 'stretching' }, { kind = 'bending' }, { kind = 'volume', exact = true },
+            { kind = 'pin', where = { vertices = [0, 1, 2] }, axes = 'xyz' }]
+        time = { until = 1.0 }
+        output = { fields = ['force'] }";
+    let (_, mut simulation) = crate::common::prepare(text, &[]);
+    for x in &mut simulation.state_mut().x {
+        *x *= 1.0 + 0.01 * x.z;
+    }
+    simulation.relax().unwrap();
+    let frame = simulation.frame().unwrap();
+    let force = frame.point.iter().find(|f| f.name == "force [force]").unwrap().data.to_vec();
+    let all = inspect::inspect(&mut simulation).unwrap();
+    let kept = all["constraint"].as_object().unwrap().values().next().unwrap();
+    let kept: Vec<f64> = kept["force"].as_array().unwrap().iter().flat_map(numbers).collect();
+    let total: Vec<f64> =
+        all["force"]["total"].as_array().unwrap().iter().flat_map(numbers).collect();
+    let largest = |all: &[f64]| all.iter().fold(0.0, |a: f64, f| a.max(f.abs()));
+    assert!(largest(&kept) > 0.0);
+    let apart: Vec<f64> = force.iter().zip(&total).map(|(f, t)| f - t).collect();
+    assert!(largest(&apart) < 1e-9 * largest(&kept), "{apart:?}");
+}
+
+/// Frames of the old format lost their time; `--time` gives another.
+#[test]
+fn the_time_of_a_state_is_that_of_its_frame_or_the_one_asked_for() {
+    let load = "[[effect]]\nkind = \"load\"\nwhere = \"all\"\nforce = { total = [0, 0, 5.0] }\n\
+                ramp = { formula = \"t\" }";
+    let folder = folder(&SMALL.replace("# more effects", load));
+    let path = folder.path();
+    for format in ["vtu", "vtk", "vtkhdf"] {
+        let (set, out) = (format!("output.format={format:?}"), format!("{format}-out"));
+        let run = ["run", "scene.toml", "--out", &out, "--set", "time.until=0.02", "--set", &set];
+        let done = rumple(path, &run);
+        assert!(done.status.success(), "{}", text(&done.stderr));
+        let frame = match format {
+            "vtkhdf" => format!("{out}/sheet.vtkhdf"),
+            _ => format!("{out}/frames/frame_000001.{format}"),
+        };
+        let inspect = |more: &[&str]| {
+            let args = [&["inspect", "scene.toml", "--state", &frame][..], more].concat();
+            let done = rumple(path, &args);
+            assert!(done.status.success(), "{}", text(&done.stderr));
+            text(&done.stdout)
+        };
+        assert!(
+            inspect(&[]).starts_with("evaluated at time 0.02, that of the frame\n"),
+            "{format}"
+        );
+        let said = inspect(&["--time", "3"]);
+        assert!(said.starts_with("evaluated at time 3, as --time says\n"), "{said}");
+        let energy = |more: &[&str]| {
+            let all: Value = serde_json::from_str(&inspect(more)).unwrap();
+            (all["time"].as_f64().unwrap(), all["energy"]["load"].as_f64().unwrap())
+        };
+        let [own, later] =
+            [&["--json", "-"][..], &["--json", "-", "--time", "3"]].map(|args| energy(args));
+        assert_eq!([own.0, later.0], [0.02, 3.0]);
+        assert!((later.1 / own.1 - 150.0).abs() < 1e-6, "{own:?} {later:?}");
+    }
+    let out = rumple(path, &["inspect", "scene.toml", "--time", "nan"]);
+    assert_eq!(out.status.code(), Some(2));
+    let out = text(&rumple(path, &["inspect", "scene.toml"]).stdout);
+    assert!(out.starts_with("evaluated at time 0, that of the start\n"), "{out}");
+}

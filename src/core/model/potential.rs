@@ -216,6 +216,22 @@ impl Potential {
         gradient.iter().map(|g| -g).collect()
     }
 
+    /// Force `-∂U/∂x` of all effects and `λ ∂g` of constraints at `x`, before pins: along fixed directions in equilibrium
+    /// the negative of the reactions.
+    pub fn forces(&mut self, x: &[Vec3]) -> Vec<Vec3> {
+        self.mechanics.tally().count(|work| work.gradients += 1);
+        let mut gradient = vec![Vec3::zeros(); x.len()];
+        self.each(energy::GRADIENT, x, |_, term, work, shape| {
+            term.evaluate(shape, work, Some(&mut gradient));
+        });
+        let mut forces: Vec<Vec3> = gradient.iter().map(|g| -g).collect();
+        for which in 0..self.multipliers().len() {
+            let of = self.constraint_force(which, x);
+            parallel::update(&mut forces, |i, force| *force += of[i]);
+        }
+        forces
+    }
+
     /// The first energy or constraint that is not a finite number at `x`, or whose forces are not; `None` where
     /// positions are not finite themselves.
     pub fn not_finite(&mut self, x: &[Vec3]) -> Option<String> {

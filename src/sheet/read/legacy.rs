@@ -60,7 +60,7 @@ struct Head<'a> {
 pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
     let head = head(bytes)?;
     let fault = Fault { bytes, binary: head.coding.eq_ignore_ascii_case(b"BINARY") };
-    let rest = without_field_data(&head, &fault)?;
+    let (rest, time) = without_field_data(&head, &fault)?;
     // As the file has it if nothing is to be left out, or else without its title and field data.
     let plain = rest.len() == head.rest.len() && vtkio_reads_title(bytes);
     let whole = if plain {
@@ -68,7 +68,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
     } else {
         Cow::Owned(assembled(&head, &[head.kind, b"\n", rest]))
     };
-    match data_set(&whole, &fault)? {
+    let read = match data_set(&whole, &fault)? {
         (after, _) if after > 0 => Err(fault.at(Some(after))),
         (_, DataSet::PolyData { pieces, .. }) => {
             let piece = only(pieces)?;
@@ -89,7 +89,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
             surface(piece.points, [list], piece.data)
         }
         _ => Err("holds neither POLYDATA nor an UNSTRUCTURED_GRID".into()),
-    }
+    };
+    read.map(|surface| Surface { time, ..surface })
 }
 
 /// The first three lines and the kind of the data set.
@@ -147,14 +148,24 @@ fn assembled(head: &Head<'_>, parts: &[&[u8]]) -> Vec<u8> {
     whole
 }
 
-/// What follows the field data of the whole data set, as times, if the file has any.
-fn without_field_data<'a>(head: &Head<'a>, fault: &Fault<'_>) -> Result<&'a [u8], String> {
+/// What follows the field data of the whole data set, if the file has any, and the time in them: the array `TimeValue`.
+fn without_field_data<'a>(
+    head: &Head<'a>,
+    fault: &Fault<'_>,
+) -> Result<(&'a [u8], Option<f64>), String> {
     let rest = head.rest.trim_ascii_start();
     if !begins(rest, "FIELD") {
-        return Ok(head.rest);
+        return Ok((head.rest, None));
     }
-    let (after, _) = data_set(&assembled(head, &[rest]), fault)?;
-    Ok(&rest[rest.len() - after..])
+    let (after, data) = data_set(&assembled(head, &[rest]), fault)?;
+    let time = match data {
+        DataSet::Field { data_array, .. } => {
+            let mut times = data_array.into_iter().filter(|array| array.name == "TimeValue");
+            times.next().and_then(|array| model::reals(array.data).first().copied())
+        }
+        _ => None,
+    };
+    Ok((&rest[rest.len() - after..], time))
 }
 
 /// Reads one data set; also how many bytes of the file are left behind it.
