@@ -9,7 +9,7 @@ use crate::Vec3;
 use crate::effects::Elasticity;
 use crate::geometry::aligned;
 use crate::kinetics::Kinetics;
-use crate::model::{Drag, Mechanics, Potential};
+use crate::model::{Chemistry, Drag, Mechanics, Model, Potential};
 use crate::num::Short;
 use crate::scene::{Scene, SheetSource};
 use crate::sheet::Sheet;
@@ -149,6 +149,13 @@ pub(super) fn on_law(scene: &Scene, law: &dyn Kinetics, notes: &mut Vec<String>)
         notes.push(
             "the law gives a spontaneous curvature, and no effect bends: it does nothing".into(),
         );
+    }
+}
+
+/// Inspects coefficients of diffusion that differ from place to place.
+pub(super) fn on_diffusion(model: &Model, notes: &mut Vec<String>) {
+    if let Some(found) = model.chemistry().and_then(Chemistry::ill_posed) {
+        notes.push(format!("warning: {found}"));
     }
 }
 

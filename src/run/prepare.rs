@@ -149,6 +149,7 @@ fn on(
     let mut stepper = binding::stepper(scene, &problem, &mut built, &mut notes)?;
     let model = Arc::clone(stepper.model());
     note_mechanics(scene, &model, &mut notes)?;
+    lints::on_diffusion(&model, &mut notes);
     stepper.state = match &of {
         None => initial_state::state(scene, &sheet, &model)?,
         Some((around, spread)) => {

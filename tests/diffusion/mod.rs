@@ -2,6 +2,7 @@
 
 mod cotan;
 mod green_gauss;
+mod ill_posed;
 
 use rumple::Vec3;
 use rumple::effects::{Cotan, Transport};

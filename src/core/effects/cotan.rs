@@ -150,6 +150,13 @@ impl Transport for Cotan {
         self.by
     }
 
+    fn diffusivity(&self) -> Option<Values> {
+        Some(match self.varying.is_empty() {
+            true => Values::Same(self.coefficient),
+            false => Values::Each(self.varying.clone()),
+        })
+    }
+
     /// Measure and a coefficient that is the same everywhere are not in it.
     fn has_operator_of(&self, other: &Self) -> bool {
         let own = |it: &Self| it.frozen.is_some() || !it.varying.is_empty();

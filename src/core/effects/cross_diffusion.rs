@@ -7,7 +7,7 @@
 //! D_uv of either sign (length²/time, times the unit of u over that of v): u moves down the gradient of v where it is
 //! positive. Discretised as the diffusion of species on vertices is: `Σ A_i u_i` is conserved and nothing crosses the
 //! boundary. It does not keep u ≥ 0, and the problem is ill-posed where the matrix D of all coefficients has an eigenvalue with a
-//! negative real part.
+//! negative real part, which is refused (`model/chemistry/ill_posed.rs`).
 //!
 //! Reference: Vanag & Epstein, Phys. Chem. Chem. Phys. 11 (2009) 897, doi:10.1039/b813825g. Not covered: coefficients that
 //! depend on species.

@@ -2,6 +2,7 @@
 
 use std::any::Any;
 
+use super::Values;
 use crate::Vec3;
 use crate::sheet::Sheet;
 
@@ -29,6 +30,12 @@ pub trait Transport: Send + Sync + 'static {
     /// Whether it has sources: a rate that is not 0 where the species that it reads is 0.
     fn has_sources(&self) -> bool {
         false
+    }
+
+    /// The coefficients of the triangles, length²/time, of a transport that is a coefficient times the Laplacian of the species
+    /// that it reads; `None` for others.
+    fn diffusivity(&self) -> Option<Values> {
+        None
     }
 
     /// The key of its table in a scene that says how fast it is.
@@ -117,6 +124,7 @@ pub trait AnyTransport: Send + Sync {
     fn species(&self) -> usize;
     fn by(&self) -> usize;
     fn has_sources(&self) -> bool;
+    fn diffusivity(&self) -> Option<Values>;
     fn key(&self) -> &'static str;
     fn transport(&self) -> &dyn Any;
     fn has_operator_of(&self, other: &dyn AnyTransport) -> bool;
@@ -159,6 +167,10 @@ impl<T: Transport> AnyTransport for Boxed<T> {
 
     fn has_sources(&self) -> bool {
         self.0.has_sources()
+    }
+
+    fn diffusivity(&self) -> Option<Values> {
+        self.0.diffusivity()
     }
 
     fn key(&self) -> &'static str {

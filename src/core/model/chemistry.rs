@@ -2,6 +2,7 @@
 
 mod feedback;
 mod held;
+mod ill_posed;
 mod places;
 mod surface;
 
@@ -23,6 +24,7 @@ use crate::parallel;
 use crate::sheet::Sheet;
 use crate::tally::{Meter, Scope, Tally};
 pub use held::HeldValues;
+pub use ill_posed::IllPosed;
 pub(super) use places::{at_vertices, edge_means};
 pub use surface::Surface;
 use surface::distinct_operators;

@@ -31,7 +31,7 @@ mod state;
 mod time_course;
 mod unreliable_results;
 
-pub use chemistry::{Chemistry, HeldValues, SignalColumns, Surface};
+pub use chemistry::{Chemistry, HeldValues, IllPosed, SignalColumns, Surface};
 pub use coupled::{Coupled, Layout, Part};
 pub use drag::{Drag, Weights};
 pub use drag_spec::{Coefficient, Directions, DragSpec};

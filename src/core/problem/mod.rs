@@ -47,7 +47,7 @@ use crate::solve::{EquilibriumSpec, IntegratorSpec, Workspace};
 use crate::stepper::{Breakpoints, Stepper};
 use crate::tally::Tally;
 pub use error::{Part, ProblemError};
-use setup::Bound;
+use setup::{Bound, check_diffusion};
 
 /// A law on a sheet.
 #[derive(Clone)]
@@ -270,7 +270,7 @@ impl<'a> Problem<'a> {
         on_effect: &mut OnEffect<'_>,
     ) -> Result<(Model, State, VertexArea), ProblemError> {
         self.check()?;
-        let Bound { mechanics, transports, held, growth, direction, internal } =
+        let Bound { mechanics, transports, crossing, held, growth, direction, internal } =
             self.bind(on_effect)?;
         let mechanics = Mechanics::of(Arc::clone(&self.sheet), mechanics)
             .map_err(|e| ProblemError::new(Part::Sheet, e.to_string(), None))?;
@@ -282,6 +282,7 @@ impl<'a> Problem<'a> {
             .law
             .clone()
             .map(|law| self.chemistry(law, &area, transports).directed(direction).holding(&held));
+        check_diffusion(chemistry.as_ref(), crossing)?;
         let species = chemistry.as_ref().map_or(0, |c| c.descriptor().species.len());
         let points = match chemistry.as_ref().map(Chemistry::location) {
             Some(Location::Face) => self.sheet.triangle_count(),

@@ -18,6 +18,8 @@ use crate::solve::{Integrator, Relaxer};
 pub(super) struct Bound {
     pub(super) mechanics: MechanicsParts,
     pub(super) transports: Vec<TransportTerm>,
+    /// Number of the first effect with cross-diffusion.
+    pub(super) crossing: Option<usize>,
     pub(super) held: Vec<Held>,
     pub(super) growth: Vec<LengthFactor>,
     pub(super) direction: Option<Direction>,
@@ -204,6 +206,8 @@ impl Problem<'_> {
             self.check_prescribed(number, &all.mechanics.prescribed, &effect.prescribed)?;
             check_held(number, &all.held, &effect.held)?;
             check_internal(number, &all.internal, &effect.internal)?;
+            let crosses = effect.transports.iter().any(|t| t.by() != t.species());
+            all.crossing = all.crossing.or(crosses.then_some(number));
             all.add(effect);
         }
         let across =
@@ -322,6 +326,21 @@ impl Problem<'_> {
         }
         Ok(drag)
     }
+}
+
+/// Refuses coefficients of diffusion, the same everywhere, with which short waves grow without bound; `number` is the first effect
+/// with cross-diffusion.
+pub(super) fn check_diffusion(
+    chemistry: Option<&Chemistry>,
+    number: Option<usize>,
+) -> Result<(), ProblemError> {
+    let Some(number) = number else { return Ok(()) };
+    let found = chemistry.and_then(Chemistry::ill_posed).filter(|found| found.triangle.is_none());
+    let Some(found) = found else { return Ok(()) };
+    let help = "eigenvalues need real parts from 0 on; of two species u and v: D_u D_v from D_uv D_vu on, with kind = \"diffusion\" \
+        for each";
+    let part = Part::Effect(number, "coefficient".into());
+    Err(ProblemError::new(part, found.to_string(), Some(help)))
 }
 
 /// Refuses values held by effect number `number` that contradict those of an `earlier` one.

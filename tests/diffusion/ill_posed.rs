@@ -1,0 +1,55 @@
+//! Coefficients of diffusion and cross-diffusion with which short waves grow without bound.
+
+use rumple::kinetics::Search;
+use rumple::scene::Scene;
+use rumple::{Error, Simulation};
+
+/// Diffusion of u and v with these coefficients, and cross-diffusion both ways; the notes.
+fn prepared(own: [&str; 2], cross: [&str; 2]) -> Result<Vec<String>, Error> {
+    let mut text =
+        "sheet = { shape = 'disc', radius = 2.0, vertices = 100 }\ntime = { until = 1.0 }\n\
+                    kinetics = { rates = { u = '0', v = '0' } }\n"
+            .to_owned();
+    for ((species, by), (own, cross)) in
+        [("u", "v"), ("v", "u")].into_iter().zip(own.into_iter().zip(cross))
+    {
+        text += &format!(
+            "[[effect]]\nkind = 'diffusion'\nspecies = '{species}'\ncoefficient = {own}\n\
+             [[effect]]\nkind = 'cross-diffusion'\nspecies = '{species}'\nby = '{by}'\ncoefficient = {cross}\n"
+        );
+    }
+    let scene = Scene::parse(&text, "scene.toml", &[]).unwrap();
+    let made = Simulation::new(&scene, &Search::in_directories(Vec::new()))?;
+    Ok(made.notes().to_vec())
+}
+
+/// Two species ran to 1e209 without a word.
+#[test]
+fn a_negative_eigenvalue_is_refused_with_the_matrix() {
+    let error = prepared(["1.0", "1.0"], ["2.0", "2.0"]).unwrap_err();
+    let Error::Scene(error) = error else { panic!("{error}") };
+    let said = error.rendered(false);
+    for part in ["effect[1].coefficient", "of u, v, [[1, 2], [2, 1]]", "real part -1.0000e0"] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    // A pair of conjugate ones: 0.5 ± sqrt(0.25 - 4.5), and with the sum of the coefficients negative.
+    assert_eq!(prepared(["1.0", "0.0"], ["-3.0", "1.5"]).unwrap(), Vec::<String>::new());
+    // One that is 0, to round-off: 0.1·0.4 = 0.2².
+    assert_eq!(prepared(["0.1", "0.4"], ["0.2", "0.2"]).unwrap(), Vec::<String>::new());
+    assert!(prepared(["0.1", "0.4"], ["0.2", "0.2001"]).is_err());
+    // Cross-diffusion of one of them is harmless with any coefficient.
+    assert_eq!(prepared(["0.1", "0.4"], ["50.0", "0.0"]).unwrap(), Vec::<String>::new());
+}
+
+#[test]
+fn coefficients_that_are_ill_posed_in_a_part_are_told() {
+    // 1·(1 + x) - 0.5 is negative left of x = -0.5.
+    let notes = prepared(["1.0", "'max(1 + x, 0)'"], ["1.0", "0.5"]).unwrap();
+    let [note] = &notes[..] else { panic!("{notes:?}") };
+    // Least where D_v is 0: ½ - sqrt(¼ + ½).
+    for part in ["warning: ", "at triangle ", "real part -3.6603e-1"] {
+        assert!(note.contains(part), "{part}: {note}");
+    }
+    let notes = prepared(["1.0", "'3 + x'"], ["1.0", "0.5"]).unwrap();
+    assert_eq!(notes, Vec::<String>::new());
+}
