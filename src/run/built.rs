@@ -64,6 +64,15 @@ impl Built {
         scene.add(took, kept);
     }
 
+    /// Number of the effect that brought what has number `k` among all that is counted by `of`.
+    pub(crate) fn owner(&self, of: impl Fn(&Brought) -> usize, k: usize) -> Option<usize> {
+        let mut count = 0;
+        self.effects.iter().position(|effect| {
+            count += of(effect);
+            count > k
+        })
+    }
+
     /// Bytes allocated since.
     pub(crate) fn kept(&self) -> i64 {
         bytes() - self.before

@@ -201,11 +201,11 @@ pub(super) fn from_file(
 ) -> Result<Vec<f64>> {
     let surface = sheet::read::surface(&file.file)
         .map_err(|e| scene.error_at(&format!("{path}.file"), &e.to_string(), None))?;
-    let arrays = match location {
-        Location::Vertex => &surface.point_arrays,
-        _ => &surface.cell_arrays,
+    let (arrays, found) = match location {
+        Location::Vertex => (&surface.point_arrays, surface.point_array(&file.array)),
+        _ => (&surface.cell_arrays, surface.cell_array(&file.array)),
     };
-    match arrays.iter().find(|a| a.name == file.array) {
+    match found {
         Some(a) => {
             let on_faces = location != Location::Vertex;
             let here = (a.components == 1).then(|| sheet.part_of(&a.values, on_faces)).flatten();
@@ -213,11 +213,14 @@ pub(super) fn from_file(
                 return Ok(values);
             }
             let (found, points) = (a.values.len(), sheet.counts_of_whole()[usize::from(on_faces)]);
-            let message = format!(
-                "array `{}` has {found} numbers; {points} are needed, one per {}",
-                a.name,
-                location.noun()
-            );
+            let message = match a.components {
+                1 => format!(
+                    "array `{}` has {found} numbers; {points} are needed, one per {}",
+                    a.name,
+                    location.noun()
+                ),
+                many => format!("array `{}` has {many} components, and one is needed", a.name),
+            };
             Err(scene.error_at(&format!("{path}.array"), &message, None).into())
         }
         None => {

@@ -105,13 +105,11 @@ fn species_values<'a>(
     location: Location,
     expected: usize,
 ) -> Result<&'a [f64], String> {
-    let (arrays, kind) = match location {
-        Location::Vertex => (&surface.point_arrays, "point"),
-        _ => (&surface.cell_arrays, "cell"),
+    let (arrays, found, kind) = match location {
+        Location::Vertex => (&surface.point_arrays, surface.point_array(&species.name), "point"),
+        _ => (&surface.cell_arrays, surface.cell_array(&species.name), "cell"),
     };
-    let prefix = format!("{} [", species.name);
-    let named = |name: &str| name == species.name || name.starts_with(&prefix);
-    let Some(array) = arrays.iter().find(|a| named(&a.name)) else {
+    let Some(array) = found else {
         let names: Vec<&str> = arrays.iter().map(|a| a.name.as_str()).collect();
         return Err(format!(
             "the state has no {kind} array for species `{}`; it has: {}",

@@ -30,7 +30,7 @@ pub struct Surface {
     pub point_arrays: Vec<Array>,
     /// Arrays with one entry per triangle.
     pub cell_arrays: Vec<Array>,
-    /// The time that a VTK file of the XML format gives (field array `TimeValue`).
+    /// The time that a VTK file gives (field array `TimeValue`).
     pub time: Option<f64>,
     /// Line of every point in a text file; empty where lines mean nothing.
     pub point_lines: Vec<u32>,
@@ -40,17 +40,24 @@ pub struct Surface {
     pub notes: Vec<String>,
 }
 
+/// The array of this name, which may have a unit in brackets behind it: `mean_curvature` is `mean_curvature [1/length]`.
+fn named<'a>(arrays: &'a [Array], name: &str) -> Option<&'a Array> {
+    let with_unit =
+        |a: &&Array| a.name.strip_prefix(name).is_some_and(|rest| rest.starts_with(" ["));
+    arrays.iter().find(|a| a.name == name).or_else(|| arrays.iter().find(with_unit))
+}
+
 impl Surface {
-    /// The point array of this name.
+    /// The point array of this name, with or without its unit in brackets.
     #[must_use]
     pub fn point_array(&self, name: &str) -> Option<&Array> {
-        self.point_arrays.iter().find(|a| a.name == name)
+        named(&self.point_arrays, name)
     }
 
-    /// The cell array of this name.
+    /// The cell array of this name, with or without its unit in brackets.
     #[must_use]
     pub fn cell_array(&self, name: &str) -> Option<&Array> {
-        self.cell_arrays.iter().find(|a| a.name == name)
+        named(&self.cell_arrays, name)
     }
 
     /// Checks the soup and makes it a sheet, vertices and triangles in the same order.

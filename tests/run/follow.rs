@@ -257,7 +257,11 @@ fn what_has_no_branch_is_refused() {
     };
     with(
         "[[effect]]\nkind = \"contact\"\ndistance = 0.01\n",
-        &["scene.toml", "effect[5]", "kinks"],
+        &["scene.toml", "effect[5]", "not followed with contact", "kinks"],
+    );
+    with(
+        "[[effect]]\nkind = \"remodelling\"\ntime = 1.0\n",
+        &["scene.toml", "effect[5]", "remodelling changes the shape at rest"],
     );
 }
 

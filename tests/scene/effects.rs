@@ -111,9 +111,31 @@ fn options_of_another_model_are_refused() {
 fn regions_that_choose_nothing_or_make_no_sense() {
     let force = "force = { total = [0, 0, 1] }";
     let load = |region: &str| format!("kind = \"load\"\n{force}\nwhere = {region}");
-    let empty = "a closed surface has no boundary; regions refer to rest positions";
-    let region = "{ ball = { centre = [99, 0, 0], radius = 1 } }";
-    wrong(&load(region), region, "effect[1].where: no vertex is chosen by this load", empty);
+    for (region, is) in [
+        (
+            "{ ball = { centre = [99, 0, 0], radius = 1 } }",
+            "the ball of radius 1 around (99, 0, 0)",
+        ),
+        (
+            "{ box = { min = [50, 0, 0], max = [60, 1, 0.5] } }",
+            "the box from (50, 0, 0) to (60, 1, 0.5)",
+        ),
+        (
+            "{ half-space = { point = [99, 0, 0], normal = [1, 0, 0] } }",
+            "the half-space from (99, 0, 0) on along (1, 0, 0)",
+        ),
+        (
+            "{ all-of = [\"rim\", { ring = { inner = 98, outer = 99 } }] }",
+            "what these have in common: the boundary; the ring from 98 to 99 around the axis through (0, 0, 0) \
+             along (0, 0, 1)",
+        ),
+    ] {
+        let Err(rumple::Error::Scene(error)) = build(&load(region)) else { panic!("{region}") };
+        assert_eq!(error.message(), "effect[1].where: no vertex is chosen by this load");
+        let start = format!("it is {is}; the sheet at rest has x from -");
+        let help = error.advice().unwrap();
+        assert!(help.starts_with(&start) && help.contains(", z from "), "{help}");
+    }
     let region = "{ vertices = [0, 4000] }";
     let n = build("kind = \"bending\"").unwrap().sheet().vertex_count();
     let message = format!("effect[1].where: vertex 4000 does not exist: the sheet has {n}");

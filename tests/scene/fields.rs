@@ -37,12 +37,15 @@ pub(crate) fn written(folder: &std::path::Path) -> (Sheet, String) {
     let text = format!(
         "# vtk DataFile Version 3.0\nfields\nASCII\nDATASET POLYDATA\nPOINTS {n} double\n{}\n\
          POLYGONS {m} {}\n{}\nCELL_DATA {m}\nSCALARS e double 1\nLOOKUP_TABLE default\n{}\n\
-         POINT_DATA {n}\nSCALARS h double 1\nLOOKUP_TABLE default\n{}\n",
+         POINT_DATA {n}\nSCALARS h double 1\nLOOKUP_TABLE default\n{}\n\
+         SCALARS k%20[1/length] double 1\nLOOKUP_TABLE default\n{}\nVECTORS v double\n{}\n",
         points.join("\n"),
         4 * m,
         cells.join("\n"),
         array(m, &|t| 1.0 + 0.25 * t as f64),
         array(n, &|i| 0.5 + 0.125 * i as f64),
+        array(n, &|i| 1.0 + i as f64),
+        array(3 * n, &|i| i as f64),
     );
     let path = folder.join("mesh.vtk");
     std::fs::write(&path, text).unwrap();
@@ -114,8 +117,9 @@ fn wrong_fields_are_refused_at_their_key() {
     let (_, file) = written(folder.path());
     let array = |name: &str| format!("thickness = {{ file = \"{file}\", array = \"{name}\" }}");
     let odd = format!("{file}: no array `hh` with one number per triangle");
+    let vector = format!("{file}: array `v` has 3 components, and a number per vertex is needed");
     for (to, message, help) in [
-        (array("hh"), odd.as_str(), "its arrays there: e, h"),
+        (array("hh"), odd.as_str(), "its arrays there: e, h, k [1/length], v"),
         (
             "thickness = \"x - 1\"".into(),
             "it is -",
@@ -133,7 +137,12 @@ fn wrong_fields_are_refused_at_their_key() {
              value = 2.0 }] }"
                 .into(),
             "regions[0].where: no triangle is chosen by this region",
-            "a closed surface",
+            "it is the ball of radius 1 around (50, 0, 0); the sheet at rest has x from ",
+        ),
+        (
+            array("v"),
+            vector.as_str(),
+            "an array of one component",
         ),
     ] {
         let (text, result) = built(&file, "thickness = 0.5", &to);
@@ -160,6 +169,16 @@ fn wrong_fields_are_refused_at_their_key() {
         assert!(error.message().contains(message), "{}", error.message());
     }
     assert!(built(&file, "thickness = 0.5", &array("h")).1.is_ok());
+    // The unit of a frame's array may be left out.
+    assert!(built(&file, "thickness = 0.5", &array("k")).1.is_ok());
+    let (_, result) = built(&file, "thickness = 0.5", "thickness = { formula = \"1 + x\" }");
+    let Err(rumple::Error::Scene(error)) = result else { panic!("a table") };
+    assert_eq!(error.message(), "unknown key formula in [material.thickness]");
+    let help = error.advice().unwrap();
+    assert!(
+        help.starts_with("a formula is written as a string, without a table around it"),
+        "{help}"
+    );
 }
 
 #[test]
@@ -172,8 +191,14 @@ fn wrong_ratios_loads_and_growth_are_refused_at_their_key() {
     let growth = |field: &str| format!("kind = \"growth\"\nfactor = {field}");
     let regions = "{ default = 1.0, regions = [{ where = \"rim\", value = -1.0 }] }";
     let array = format!("{{ file = \"{file}\", array = \"e\" }}");
-    let fibre =
-        format!("kind = \"growth\"\nalong = 2\nfibre = {{ file = \"{file}\", array = \"h\" }}");
+    let fibre = |array: &str| {
+        format!(
+            "kind = \"growth\"\nalong = 2\nfibre = {{ file = \"{file}\", array = \"{array}\" }}"
+        )
+    };
+    let scalar = |array: &str| {
+        format!("effect[0].fibre: {file}: array `{array}` has 1 component, and a fibre needs 3")
+    };
     for (from, to, message) in [
         ("poisson = 0.3", "poisson = \"x\"".to_owned(), "material.poisson: it is "),
         ("poisson = 0.3", "poisson = 0.7".to_owned(), "material.poisson must be a number above -1"),
@@ -181,7 +206,8 @@ fn wrong_ratios_loads_and_growth_are_refused_at_their_key() {
         (stretching, effect(&growth(regions)), "effect[0].factor: the length factor is "),
         (stretching, effect(&growth("\"1 + u\"")), "effect[0].factor: unknown name `u`"),
         (stretching, effect(&growth(&array)), "effect[0].factor: "),
-        (stretching, effect(&fibre), "effect[0].fibre: "),
+        (stretching, effect(&fibre("h")), scalar("h").as_str()),
+        (stretching, effect(&fibre("k")), scalar("k [1/length]").as_str()),
     ] {
         let (_, result) = built(&file, from, &to);
         let Err(rumple::Error::Scene(error)) = result else { panic!("{to}") };

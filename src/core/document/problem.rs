@@ -209,7 +209,10 @@ impl Problem {
                 (
                     message,
                     "not a key of this table".to_owned(),
-                    Some(choices(key, ALLOWED, allowed)),
+                    Some(
+                        formula_in_a_table(key, allowed)
+                            .unwrap_or_else(|| choices(key, ALLOWED, allowed)),
+                    ),
                 )
             }
             What::UnknownName { noun, name, allowed } => {
@@ -252,6 +255,17 @@ fn place_in_words(path: &str) -> String {
         _ if path.ends_with(']') => format!(" in {path}"),
         _ => format!(" in [{path}]"),
     }
+}
+
+/// The help where a formula has a table around it, and the table is one by regions or of a file.
+fn formula_in_a_table(key: &str, allowed: &[String]) -> Option<String> {
+    let has = |wanted: &str| allowed.iter().any(|known| known == wanted);
+    (key == "formula" && has("regions") && has("file")).then(|| {
+        format!(
+            "a formula is written as a string, without a table around it, as in \"1 + 0.1*x\"; {ALLOWED}: {}",
+            allowed.join(", ")
+        )
+    })
 }
 
 /// What a list of choices is called.

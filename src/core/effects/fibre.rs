@@ -223,11 +223,23 @@ fn of_file(
             return Err(refuse(format!("no array `{array}`"), Some(help)));
         }
     };
-    if found.components != 3 || found.values.len() != 3 * needed {
+    if found.components != 3 {
         let message = format!(
-            "array `{array}` has {} numbers in {} components; a fibre has 3 per {} of the sheet, {needed} in all",
-            found.values.len(),
-            found.components,
+            "array `{}` has {}, and a fibre needs 3",
+            found.name,
+            match found.components {
+                1 => "1 component".to_owned(),
+                many => format!("{many} components"),
+            }
+        );
+        let help = "those of a direction along x, y and z; formulas give it too, as in fibre = [\"-y\", \"x\", 0]";
+        return Err(refuse(message, Some(help.into())));
+    }
+    if found.values.len() != 3 * needed {
+        let message = format!(
+            "array `{}` has {} directions; {needed} are needed, one per {} of the sheet",
+            found.name,
+            found.values.len() / 3,
             place.noun()
         );
         return Err(refuse(message, None));

@@ -270,11 +270,12 @@ fn of_file(
     };
     let surface = read(file).map_err(|message| (message, None))?;
     let on_triangles = place != Location::Vertex;
-    let cells = surface.cell_arrays.iter().filter(|_| on_triangles).map(|array| (array, place));
-    let points = surface.point_arrays.iter().map(|array| (array, Location::Vertex));
-    let all: Vec<_> = cells.chain(points).collect();
-    let Some((found, on)) = all.iter().find(|(found, _)| found.name == array) else {
-        let names: Vec<&str> = all.iter().map(|(array, _)| array.name.as_str()).collect();
+    let on_cells = surface.cell_array(array).filter(|_| on_triangles).map(|found| (found, place));
+    let on_points = || surface.point_array(array).map(|found| (found, Location::Vertex));
+    let Some((found, on)) = on_cells.or_else(on_points) else {
+        let cells = surface.cell_arrays.iter().filter(|_| on_triangles);
+        let all = cells.chain(&surface.point_arrays);
+        let names: Vec<&str> = all.map(|array| array.name.as_str()).collect();
         let help = match names.is_empty() {
             true => "the file has none".to_owned(),
             false => format!("its arrays there: {}", names.join(", ")),
@@ -284,15 +285,23 @@ fn of_file(
             Some(help),
         );
     };
-    let (needed, given) = (count(*on, sheet), found.values.len());
-    if found.components != 1 || given != needed {
-        let noun = noun(*on);
+    let (needed, given, name) = (count(on, sheet), found.values.len(), &found.name);
+    if found.components != 1 {
         let message = format!(
-            "array `{array}` has {given} numbers; {needed} are needed, one per {noun} of the sheet"
+            "array `{name}` has {} components, and a number per {} is needed",
+            found.components,
+            noun(on)
+        );
+        return refuse(message, Some("an array of one component".into()));
+    }
+    if given != needed {
+        let noun = noun(on);
+        let message = format!(
+            "array `{name}` has {given} numbers; {needed} are needed, one per {noun} of the sheet"
         );
         return refuse(message, None);
     }
-    if on_triangles && *on == Location::Vertex {
+    if on_triangles && on == Location::Vertex {
         let mean = |corners: &[u32; 3]| {
             corners.iter().map(|v| found.values[*v as usize]).sum::<f64>() / 3.0
         };

@@ -1,10 +1,13 @@
 //! Sets of vertices, by their rest positions or numbers, as pins and loads name them.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 use super::EffectError;
 use super::field::centroid;
 use crate::Vec3;
+use crate::num::Short;
 use crate::num::checked::{Finite, NonNegative};
 use crate::sheet::Sheet;
 
@@ -170,11 +173,26 @@ impl Region {
         if sheet.reduction().any(mask.contains(&true)) {
             Ok(mask)
         } else {
-            Err(refuse(
-                format!("no {noun} is chosen by this {effect}"),
-                "a closed surface has no boundary; regions refer to rest positions",
-            ))
+            let help = self.nothing_chosen(sheet);
+            Err(refuse(format!("no {noun} is chosen by this {effect}"), &help))
         }
+    }
+
+    /// What the region is and where the sheet is, for a region that has nothing of it.
+    fn nothing_chosen(&self, sheet: &Sheet) -> String {
+        if let Self::Boundary = self {
+            return "a closed surface has no boundary".into();
+        }
+        let extents = ["x", "y", "z"].iter().enumerate().map(|(axis, name)| {
+            let values = || sheet.rest().iter().map(|x| x[axis]);
+            let (least, most) = (
+                values().fold(f64::INFINITY, f64::min),
+                values().fold(f64::NEG_INFINITY, f64::max),
+            );
+            format!("{name} from {} to {}", Short(least), Short(most))
+        });
+        let extents = extents.collect::<Vec<_>>().join(", ");
+        format!("it is {self}; the sheet at rest has {extents}")
     }
 
     fn check(&self, sheet: &Sheet) -> Result<(), (String, &'static str)> {
@@ -199,6 +217,43 @@ impl Region {
             }
             Self::AllOf(parts) => parts.iter().try_for_each(|part| part.check(sheet)),
             Self::Boundary | Self::All | Self::Cuboid { .. } | Self::Ball { .. } => Ok(()),
+        }
+    }
+}
+
+/// What a region is, in words.
+impl fmt::Display for Region {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let point = |x: [f64; 3]| {
+            let [x, y, z] = x.map(Short);
+            format!("({x}, {y}, {z})")
+        };
+        let at = |v: &[Finite; 3]| point(v.map(Finite::get));
+        match self {
+            Self::Boundary => f.write_str("the boundary"),
+            Self::All => f.write_str("all of the sheet"),
+            Self::Cuboid { min, max } => {
+                write!(f, "the box from {} to {}", point(*min), point(*max))
+            }
+            Self::Ball { centre, radius } => {
+                write!(f, "the ball of radius {} around {}", Short(*radius), point(*centre))
+            }
+            Self::HalfSpace { point, normal } => {
+                write!(f, "the half-space from {} on along {}", at(point), at(normal))
+            }
+            Self::Ring { centre, axis, inner, outer } => write!(
+                f,
+                "the ring from {} to {} around the axis through {} along {}",
+                Short(inner.get()),
+                Short(outer.get()),
+                at(centre),
+                at(axis)
+            ),
+            Self::Vertices(list) => write!(f, "a list of {} vertices", list.len()),
+            Self::AllOf(parts) => {
+                let parts: Vec<String> = parts.iter().map(ToString::to_string).collect();
+                write!(f, "what these have in common: {}", parts.join("; "))
+            }
         }
     }
 }

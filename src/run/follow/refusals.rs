@@ -16,26 +16,34 @@ pub(super) fn check_scene(scene: &Scene, simulation: &Simulation) -> Result<(), 
     if !simulation.model().moves() && scene.kinetics.is_empty() {
         return at("effect", "no effect has an energy: every shape is an equilibrium", None);
     }
-    if let Some(term) = simulation.model().internal().first() {
-        let message = "branches are those of elastic equilibria, and this effect changes the shape at rest with its history";
-        return at(&effect_path(scene, term.name()), message, Some("leave it out"));
+    let built = &simulation.built;
+    if !simulation.model().internal().is_empty() {
+        let (path, name) = effect(scene, built.owner(|effect| effect.internal, 0));
+        let message = format!(
+            "branches are those of elastic equilibria, and {name} changes the shape at rest with its history"
+        );
+        return at(&path, &message, Some("leave it out"));
     }
-    match continuation::check(simulation.model().mechanics()) {
-        Err(SolveError::NotFollowed { effect, why }) => {
-            let message =
-                format!("branches of equilibria are not followed with this effect: {why}");
+    let mechanics = simulation.model().mechanics();
+    match continuation::check(mechanics) {
+        Err(SolveError::NotFollowed { effect: refused, why }) => {
+            let energy = mechanics.names().position(|name| name == refused);
+            let constraint = mechanics.constraint_names().position(|name| name == refused);
+            let owner = energy.and_then(|k| built.owner(|effect| effect.energies, k));
+            let owner = owner.or_else(|| built.owner(|effect| effect.constraints, constraint?));
+            let (path, name) = effect(scene, owner);
+            let message = format!("branches of equilibria are not followed with {name}: {why}");
             let help = "of an effect volume with a stiffness in place of exact = true they are";
-            at(&effect_path(scene, &effect), &message, (effect == "volume").then_some(help))
+            at(&path, &message, (name == "volume").then_some(help))
         }
         other => Ok(other?),
     }
 }
 
-/// The path of the effect that results call `name`, where several of one kind have a number behind it.
-fn effect_path(scene: &Scene, name: &str) -> String {
-    let kind = name.trim_end_matches(|c: char| c.is_ascii_digit()).trim_end();
-    let named = scene.effects.iter().position(|effect| [name, kind].contains(&&*effect.name()));
-    named.map_or("effect".to_owned(), |k| format!("effect[{k}]"))
+/// Path and name of the effect of this number.
+fn effect(scene: &Scene, number: Option<usize>) -> (String, String) {
+    let named = number.and_then(|k| Some((format!("effect[{k}]"), scene.effects.get(k)?.name())));
+    named.unwrap_or_else(|| ("effect".to_owned(), "an effect".to_owned()))
 }
 
 /// Tables and keys that say how a run is made, with what they do.
