@@ -86,6 +86,7 @@ pub fn cone(vertices: usize, thickness: f64, factor: f64, models: &Models) -> Ou
         factor: None,
         along: Some(Field::Formula(factor.to_string())),
         across: None,
+        shear: None,
         fibre: Some(Fibre::Components(radial)),
         region: Region::All,
     };

@@ -7,8 +7,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use rumple::effects::{
-    ActiveTension, Axes, Bending, Diffusion, DiffusionMetric, Field, Material, Pin, Pressure,
-    Region, Stretching,
+    ActiveTension, Axes, Bending, Diffusion, Field, Material, Pin, Pressure, Region, Stretching,
 };
 use rumple::kinetics::Feedback;
 use rumple::kinetics::formula::{FormulaKinetics, Law};
@@ -128,12 +127,7 @@ fn problem(sheet: Sheet, method: &str, policy: Policy) -> Problem<'static> {
             displacement: None,
             ramp: None,
         })
-        .effect(Diffusion {
-            species: "c".into(),
-            coefficient: Some(NonNegative::new(0.5).unwrap().into()),
-            scheme: None,
-            metric: DiffusionMetric::default(),
-        })
+        .effect(Diffusion::of("c", Some(NonNegative::new(0.5).unwrap().into())))
         .law(law)
         .policy(policy)
         .integrator(StaggeredSpec { rtol: TIGHT, atol: TIGHT, ..StaggeredSpec::default() });

@@ -1,5 +1,6 @@
 //! Diffusion on flat and curved sheets against known decay rates and conservation laws.
 
+mod along;
 mod cotan;
 mod green_gauss;
 mod ill_posed;

@@ -38,6 +38,7 @@ fn directed(along: Option<&str>, across: Option<&str>, components: [&str; 3]) ->
     Growth {
         along: along.map(|text| Field::Formula(text.into())),
         across: across.map(|text| Field::Formula(text.into())),
+        shear: None,
         fibre: Some(fibre(components)),
         factor: None,
         region: Region::All,
@@ -149,6 +150,35 @@ fn growth_along_a_fibre_has_the_lengths_of_its_metric() {
         Vec3::new(1.3 * cos * a - 0.8 * sin * b, 1.3 * sin * a + 0.8 * cos * b, 0.0)
     };
     let x: Vec<Vec3> = sheet.rest().iter().map(stretched).collect();
+    without_stress(&sheet, &factor, &x);
+}
+
+/// The metric FᵀF of any deformation F, by its three numbers: free of stress in the shape that F gives.
+#[test]
+fn growth_with_shear_has_the_lengths_of_its_metric() {
+    let sheet = std::sync::Arc::new(irregular(6, 5, 0.15));
+    let f = |x: &Vec3| Vec3::new(1.2 * x.x + 0.25 * x.y, -0.1 * x.x + 0.9 * x.y, 0.0);
+    let (sin, cos) = 0.4f64.sin_cos();
+    let (a, b) = (f(&Vec3::new(cos, sin, 0.0)), f(&Vec3::new(-sin, cos, 0.0)));
+    let number = |value: f64| Field::Formula(format!("{value:?}"));
+    let growth = Growth {
+        along: Some(number(a.norm())),
+        across: Some(number(b.norm())),
+        shear: Some(number(a.dot(&b))),
+        // Neither the sign nor the length of the fibre has a meaning.
+        ..directed(None, None, ["-2*cos(0.4)", "-2*sin(0.4)", "0"])
+    };
+    assert!(a.dot(&b).abs() > 0.05);
+    let factor = built(&sheet, &growth).unwrap().at(&sheet, 0.0).into_owned();
+    let x: Vec<Vec3> = sheet.rest().iter().map(f).collect();
+    without_stress(&sheet, &factor, &x);
+    let error = built(&sheet, &Growth { shear: Some(number(1.2)), ..growth }).unwrap_err();
+    assert_eq!(error.key, "shear");
+    assert!(error.message.contains("the shear is 1.2 between vertices"), "{error}");
+}
+
+/// That neither triangles nor bonds have an energy or a force at `x` under these length factors.
+fn without_stress(sheet: &std::sync::Arc<Sheet>, factor: &[f64], x: &[Vec3]) {
     let stretching = [
         EnergyTerm::new(StvkStretching::new(&MATERIAL, StretchingModulus::Paper)),
         EnergyTerm::new(BondStretching::new(&MATERIAL, StretchingWeight::OptimalArea)),
@@ -158,9 +188,9 @@ fn growth_along_a_fibre_has_the_lengths_of_its_metric() {
         let pins = vec![[false; 3]; sheet.vertex_count()];
         let mechanics = Mechanics::new(sheet.clone(), vec![term], pins).unwrap();
         let mut potential = Potential::new(&mechanics);
-        potential.set_length_factor(&factor);
+        potential.set_length_factor(factor);
         let mut gradient = vec![Vec3::zeros(); x.len()];
-        let energy = potential.energy_gradient(&x, &mut gradient);
+        let energy = potential.energy_gradient(x, &mut gradient);
         let largest = gradient.iter().map(|g| g.norm()).fold(0.0, f64::max);
         let scale = potential.force_scale();
         assert!(energy < 1e-20 * scale && largest < 1e-11 * scale, "{name} {energy} {largest}");

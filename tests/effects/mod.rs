@@ -18,5 +18,6 @@ mod reading;
 mod registered;
 mod running;
 mod separated;
+mod timed;
 mod touching;
 mod unlisted;

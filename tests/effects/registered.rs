@@ -19,7 +19,7 @@ use crate::common::irregular;
 
 /// A table of an effect, on a closed sheet or an open one, and its invariances: translation,
 /// rotation, and whether it leaves the sheet at rest alone.
-const SAMPLES: [(&str, &str, bool, [bool; 3]); 59] = [
+const SAMPLES: [(&str, &str, bool, [bool; 3]); 66] = [
     ("stretching", "model = 'bond'", false, [true, true, true]),
     ("stretching", "model = 'bond'\nweight = 'paper'", false, [true, true, true]),
     ("stretching", "model = 'stvk'", false, [true, true, true]),
@@ -36,6 +36,8 @@ const SAMPLES: [(&str, &str, bool, [bool; 3]); 59] = [
         true,
         [true, true, false],
     ),
+    ("bending", "curvature = '0.2 + 0.1*t*x'", false, [true, true, false]),
+    ("bending", "model = 'hinge'\ncurvature = '0.2 + 0.1*t*x'", true, [true, true, false]),
     ("bending", "model = 'hinge'", false, [true, true, true]),
     ("bending", "model = 'hinge'\nrest = 'mesh'", true, [true, true, true]),
     ("bending", "model = 'hinge'\ncurvature = 0.2", false, [true, true, false]),
@@ -47,6 +49,7 @@ const SAMPLES: [(&str, &str, bool, [bool; 3]); 59] = [
         false,
         [false; 3],
     ),
+    ("load", "where = 'all'\nforce = { per-area = [0.1, 't*x', 0.2] }", false, [false; 3]),
     ("pressure", "value = 0.7", true, [true, true, false]),
     ("pressure", "value = 0.7\nramp = { points = [[0, 0.5], [1, 2]] }", true, [true, true, false]),
     ("foundation", "where = 'all'\nstiffness = 3.0", false, [false, false, true]),
@@ -104,6 +107,7 @@ const SAMPLES: [(&str, &str, bool, [bool; 3]); 59] = [
     ),
     ("growth", "factor = '1 + 0.1*x*t'", false, [true, true, true]),
     ("growth", "along = '1 + 0.1*x*t'\nfibre = [1, 'x', 0]", false, [true, true, true]),
+    ("growth", "along = 1.1\nshear = '0.2*x*t'\nfibre = [1, 'x', 0]", true, [true, true, true]),
     ("directed-growth", "fibre = [1, 0, 0.5]\nacross = 0.5", true, [true, true, true]),
     ("remodelling", "time = 2.0", false, [true, true, true]),
     ("remodelling", "time = '2 + 0.1*x'\nyield = 0.03", true, [true, true, true]),
@@ -111,6 +115,7 @@ const SAMPLES: [(&str, &str, bool, [bool; 3]); 59] = [
     ("active-tension", "value = -0.4\nramp = { formula = '1 + t' }", true, [true, true, false]),
     ("active-tension", "value = '0.3 + 0.1*x'\nfibre = [1, 0, 0]", false, [true, true, false]),
     ("active-tension", "value = -0.3\nfibre = ['y', '-x', 0.1]", true, [true, true, false]),
+    ("active-tension", "value = '0.3 + 0.1*t*x'\nfibre = [1, 0, 0]", true, [true, true, false]),
     ("pin", "where = 'rim'\naxes = 'xyz'", false, [true, true, true]),
     ("diffusion", "species = 'c'", false, [true, true, true]),
     ("advection", "species = 'c'\nvelocity = ['-y', 'x', '0.3']", true, [true, true, true]),
@@ -146,6 +151,18 @@ const SAMPLES: [(&str, &str, bool, [bool; 3]); 59] = [
         [true, true, true],
     ),
     ("diffusion", "species = 'c'\ncoefficient = '2 + x'", false, [true, true, true]),
+    (
+        "diffusion",
+        "species = 'c'\nfibre = ['1 + y', 'x', 0.3]\nalong = '2 + x^2'\nacross = 0.3",
+        false,
+        [true, true, true],
+    ),
+    (
+        "diffusion",
+        "species = 'c'\nfibre = [0.2, 1, 0.3]\nalong = 0.1\nacross = '1 + y^2'",
+        true,
+        [true, true, true],
+    ),
 ];
 
 fn sheet(closed: bool) -> Arc<Sheet> {
@@ -263,6 +280,12 @@ fn diffusion_passes_the_kit_wherever_species_live() {
         ("species = 'c'\ncoefficient = 'exp(x)'", Location::Vertex, false, [true, true]),
         ("species = 'c'\ncoefficient = 'exp(x)'", Location::Vertex, true, [true, true]),
         ("species = 'c'\ncoefficient = 0.0", Location::Vertex, false, [true, true]),
+        (
+            "species = 'c'\nfibre = [1, 1, 0]\nalong = 'exp(x)'\nacross = 0.2",
+            Location::Vertex,
+            true,
+            [true, true],
+        ),
         ("species = 'c'", Location::Face, false, [false, true]),
         ("species = 'c'\nmetric = 'rest'", Location::Face, false, [false, true]),
     ] {

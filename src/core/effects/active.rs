@@ -18,7 +18,7 @@
 //! The positive part has the first where τ > 0, and of γ A, where γ > 0, what acts along N: `γ/(4A) (e_k·e_m) N⊗N`.
 //! No energy of its own resists: a sheet without stretching collapses.
 //!
-//! `value` is a field at the vertices, whose mean a triangle has, and a ramp its factor in time. Its formula may read species c,
+//! `value` is a field at the vertices, whose mean a triangle has, and a ramp its factor in time. Its formula may read the time, and species c,
 //! which are constant in a relaxation; the forces then change with them by
 //!
 //! ```text
@@ -33,8 +33,10 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::fibre::shape_slopes;
 use super::field::named;
 use super::ramp::Factor;
+use super::timed_field;
 use super::{
     Effect, EffectContext, EffectError, EffectSpec, Element, Elements, Fibre, Field, HessianPart,
     Ramp, Values, VertexField,
@@ -48,7 +50,7 @@ use crate::sheet::Sheet;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ActiveTension {
-    /// γ or τ, force per length; positive contracts. A formula may read species.
+    /// γ or τ, force per length; positive contracts. A formula may read species and the time.
     pub value: Field,
     /// The direction of τ; without it the tension is γ, in all directions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -60,8 +62,12 @@ pub struct ActiveTension {
 
 #[typetag::serialize(name = "active-tension")]
 impl EffectSpec for ActiveTension {
-    fn breakpoints(&self, _: &Sheet, until: f64) -> Vec<f64> {
-        Factor::new(self.ramp.as_ref()).map_or_else(|_| Vec::new(), |ramp| ramp.breakpoints(until))
+    fn breakpoints(&self, sheet: &Sheet, until: f64) -> Vec<f64> {
+        let mut times = timed_field::breakpoints([&self.value], sheet, until);
+        times.extend(
+            Factor::new(self.ramp.as_ref()).iter().flat_map(|ramp| ramp.breakpoints(until)),
+        );
+        times
     }
 
     fn files(&self) -> Vec<(&'static str, &Path)> {
@@ -80,10 +86,11 @@ impl EffectSpec for ActiveTension {
         let factor = Factor::new(self.ramp.as_ref())?;
         let fibres = self.fibre.as_ref().map(|fibre| fibre.in_triangles(context)).transpose()?;
         let units = units(context.sheet, fibres.as_deref());
-        let changes = factor.changes();
-        let elements = match context.vertex_field(&self.value, "value")? {
+        let field = context.vertex_field(&self.value, "value")?;
+        let changes = factor.changes() || field.depends_on_time();
+        let elements = match field {
             VertexField::Given(values) => given(context.sheet, units, &values, factor),
-            field @ VertexField::OfSpecies(_) => of_species(context.sheet, units, field, factor),
+            field @ VertexField::Formula(_) => by_formula(context.sheet, units, field, factor),
         };
         Ok(Effect::energy(if changes { elements.depending_on_time() } else { elements }))
     }
@@ -91,7 +98,7 @@ impl EffectSpec for ActiveTension {
 
 crate::register_kind!(dyn EffectSpec, "active-tension", ActiveTension);
 
-/// Tensions that no species change, of triangles with these `units`.
+/// Tensions that neither species nor a formula of the time change, of triangles with these `units`.
 fn given(sheet: &Sheet, units: Vec<Pull>, values: &Values, factor: Factor) -> Elements<3, Pull> {
     let mut pulls = units;
     for (pull, corners) in pulls.iter_mut().zip(sheet.triangles()) {
@@ -104,8 +111,8 @@ fn given(sheet: &Sheet, units: Vec<Pull>, values: &Values, factor: Factor) -> El
         .with_applied_force(applied)
 }
 
-/// Tensions by a formula of species.
-fn of_species(
+/// Tensions by a formula of species or of the time.
+fn by_formula(
     sheet: &Sheet,
     units: Vec<Pull>,
     field: VertexField,
@@ -164,14 +171,8 @@ fn units(sheet: &Sheet, fibres: Option<&[Vec3]>) -> Vec<Pull> {
     let of = |(t, corners): (usize, &[u32; 3])| {
         let Some(fibres) = fibres else { return Pull::Area(1.0) };
         let x = corners.map(|v| sheet.rest()[v as usize]);
-        let normal = (x[1] - x[0]).cross(&(x[2] - x[0]));
-        let twice_area = normal.norm();
-        // The gradients of the three shape functions are n × e_k/(2 A⁰), e_k opposite corner k.
-        let gradient = |k: usize| {
-            let edge = x[(k + 2) % 3] - x[(k + 1) % 3];
-            (normal / twice_area).cross(&edge).dot(&fibres[t]) / twice_area
-        };
-        Pull::Fibre(0.5 * twice_area, [0, 1, 2].map(gradient))
+        let twice_area = (x[1] - x[0]).cross(&(x[2] - x[0])).norm();
+        Pull::Fibre(0.5 * twice_area, shape_slopes(sheet, t, &fibres[t]))
     };
     sheet.triangles().iter().enumerate().map(of).collect()
 }

@@ -1,7 +1,8 @@
 //! Cotangent Laplace-Beltrami of linear elements with lumped mass, of a species by itself or by another one.
 //!
-//! Equation and reference: see the files `diffusion.rs` and `cross_diffusion.rs`.
+//! Equation and reference: see the files `diffusion.rs`, `cross_diffusion.rs` and, along fibres, `along_fibres.rs`.
 
+use super::along_fibres::AlongFibres;
 use super::{Measure, Transport, Values};
 use crate::Vec3;
 use crate::geometry::sum_at_corners;
@@ -26,6 +27,8 @@ pub struct Cotan {
     coefficient: f64,
     /// D of the triangles where it differs, which then is part of the operator; else empty.
     varying: Vec<f64>,
+    /// Fibres along which D is another; D is that across them then.
+    fibres: Option<AlongFibres>,
     measure: Measure,
     /// Lumped areas at rest; of amounts only.
     rest_area: Vec<f64>,
@@ -42,8 +45,13 @@ pub struct CotanOperator {
 }
 
 impl CotanOperator {
-    /// On the shape `x`, with the factors `varying` of the triangles; none for 1.
-    fn assemble(&mut self, sheet: &Sheet, x: &[Vec3], varying: &[f64]) {
+    /// On the shape `x`, with the factors `varying` of the triangles, none for 1, and what fibres add.
+    fn assemble(
+        &mut self,
+        sheet: &Sheet,
+        x: &[Vec3],
+        (varying, fibres): (&[f64], Option<&AlongFibres>),
+    ) {
         let triangles = sheet.triangles();
         self.weight.resize(sheet.edges().len(), 0.0);
         self.area.resize(sheet.vertex_count(), 0.0);
@@ -56,6 +64,10 @@ impl CotanOperator {
             let mut cot = [-ab.dot(&ca), -bc.dot(&ab), -ca.dot(&bc)].map(|dot| dot / double);
             if let Some(factor) = varying.get(t) {
                 cot = cot.map(|cot| factor * cot);
+            }
+            if let Some(fibres) = fibres {
+                let added = fibres.weights(t, &[a, b, c], double);
+                cot.iter_mut().zip(added).for_each(|(cot, added)| *cot += added);
             }
             Corners { cot, third: double / 6.0 }
         });
@@ -105,7 +117,29 @@ impl Cotan {
         measure: Measure,
         frozen: bool,
     ) -> Self {
-        let (coefficient, varying) = match coefficient.into() {
+        Self::of(sheet, species, (coefficient.into(), None), measure, frozen)
+    }
+
+    /// With another coefficient along fibres than the one `across`.
+    pub(super) fn along(
+        sheet: &Sheet,
+        species: usize,
+        (across, fibres): (&Values, AlongFibres),
+        measure: Measure,
+        frozen: bool,
+    ) -> Self {
+        let each = (0..sheet.triangle_count()).map(|t| across.at(t)).collect();
+        Self::of(sheet, species, (Values::Each(each), Some(fibres)), measure, frozen)
+    }
+
+    fn of(
+        sheet: &Sheet,
+        species: usize,
+        (coefficient, fibres): (Values, Option<AlongFibres>),
+        measure: Measure,
+        frozen: bool,
+    ) -> Self {
+        let (coefficient, varying) = match coefficient {
             Values::Same(coefficient) => (coefficient, Vec::new()),
             Values::Each(all) => (1.0, all),
         };
@@ -114,12 +148,12 @@ impl Cotan {
         let amount = measure == Measure::Amount;
         let at_rest = (frozen || amount).then(|| {
             let mut at_rest = CotanOperator::default();
-            at_rest.assemble(sheet, sheet.rest(), &varying);
+            at_rest.assemble(sheet, sheet.rest(), (&varying, fibres.as_ref()));
             at_rest
         });
         let area = at_rest.as_ref().filter(|_| amount).map(|at_rest| at_rest.area.clone());
         let (rest_area, frozen) = (area.unwrap_or_default(), at_rest.filter(|_| frozen));
-        Self { species, by: species, coefficient, varying, measure, rest_area, frozen }
+        Self { species, by: species, coefficient, varying, fibres, measure, rest_area, frozen }
     }
 
     /// The same with the gradient of the species `by` in place of its own: cross-diffusion.
@@ -150,11 +184,19 @@ impl Transport for Cotan {
         self.by
     }
 
+    /// Of fibres the least of D along and across them.
     fn diffusivity(&self) -> Option<Values> {
+        let least = |(t, across): (usize, &f64)| {
+            across + self.fibres.as_ref().map_or(0.0, |fibres| fibres.excess(t).min(0.0))
+        };
         Some(match self.varying.is_empty() {
             true => Values::Same(self.coefficient),
-            false => Values::Each(self.varying.clone()),
+            false => Values::Each(self.varying.iter().enumerate().map(least).collect()),
         })
+    }
+
+    fn key(&self) -> &'static str {
+        if self.fibres.is_some() { "along" } else { "coefficient" }
     }
 
     /// Measure and a coefficient that is the same everywhere are not in it.
@@ -165,7 +207,7 @@ impl Transport for Cotan {
 
     fn assemble(&self, sheet: &Sheet, x: &[Vec3], operator: &mut CotanOperator) {
         if self.frozen.is_none() {
-            operator.assemble(sheet, x, &self.varying);
+            operator.assemble(sheet, x, (&self.varying, self.fibres.as_ref()));
         }
     }
 
@@ -249,20 +291,21 @@ impl Transport for Cotan {
         for (t, triangle) in sheet.triangles().iter().enumerate() {
             let factor = self.varying.get(t).copied().unwrap_or(self.coefficient);
             let v = triangle.map(|v| v as usize);
-            let [a, b, d] = v.map(|v| x[v]);
-            let e = [d - b, a - d, b - a];
-            let normal = e[0].cross(&e[1]);
-            let double = normal.norm();
-            let normal = normal / double;
-            // ∂A/∂x_m = ½ n × e_m.
-            let by_area = e.map(|e| 0.5 * normal.cross(&e));
+            let corners = v.map(|v| x[v]);
+            let (e, double, by_area) = edges(&corners);
             for k in 0..3 {
                 let (i, j) = ((k + 1) % 3, (k + 2) % 3);
                 // cot θ_k drives the flow between the ends of the opposite edge.
-                let flow = 0.5 * factor * (density(v[j]) - density(v[i]));
-                for (m, by) in cotangent_slopes(&e, double, &by_area, k).into_iter().enumerate() {
-                    emit(v[i], v[m], (flow / per(v[i])) * by);
-                    emit(v[j], v[m], (-flow / per(v[j])) * by);
+                let half = 0.5 * (density(v[j]) - density(v[i]));
+                let mut add = |flow: f64, slopes: [Vec3; 3]| {
+                    for (m, by) in slopes.into_iter().enumerate() {
+                        emit(v[i], v[m], (flow / per(v[i])) * by);
+                        emit(v[j], v[m], (-flow / per(v[j])) * by);
+                    }
+                };
+                add(factor * half, cotangent_slopes(&e, double, &by_area, k));
+                if let Some(fibres) = &self.fibres {
+                    add(half, fibres.slopes(t, &corners, (double, &by_area), k));
                 }
             }
             // Areas of the vertices: of the row, or of the densities.
@@ -285,6 +328,16 @@ impl Transport for Cotan {
             }
         }
     }
+}
+
+/// The edges of a triangle, each opposite the corner of its number, twice its area, and the derivatives `½ n × e_m` of its area by
+/// the corners.
+fn edges([a, b, d]: &[Vec3; 3]) -> ([Vec3; 3], f64, [Vec3; 3]) {
+    let e = [d - b, a - d, b - a];
+    let normal = e[0].cross(&e[1]);
+    let double = normal.norm();
+    let normal = normal / double;
+    (e, double, e.map(|e| 0.5 * normal.cross(&e)))
 }
 
 /// Derivatives of cot θ_k = -e_i·e_j/2A by the corners of a triangle with the edges `e`, the area `double`/2 and the

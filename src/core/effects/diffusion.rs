@@ -25,6 +25,8 @@
 //! the total, and no mean is chosen: across a step of D along edges the flux is continuous, as with the harmonic mean; along
 //! it the flows add up, as with the arithmetic one.
 //!
+//! **Along fibres and across them** D may be two numbers, or fields of the rest position (`along_fibres.rs`).
+//!
 //! `scheme = "green-gauss"` (species on faces): the paper's, see [`GreenGauss`](super::GreenGauss).
 //!
 //! `metric = "rest"` uses the rest positions once and for all. With `measure = "amount"` the value
@@ -36,10 +38,11 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::along_fibres::AlongFibres;
 use super::cotan::Cotan;
 use super::field::named;
 use super::green_gauss::GreenGauss;
-use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Measure, Needs, Values};
+use super::{Effect, EffectContext, EffectError, EffectSpec, Fibre, Field, Measure, Needs, Values};
 use crate::kinetics::Location;
 use crate::num::checked::NonNegative;
 
@@ -52,6 +55,15 @@ pub struct Diffusion {
     /// Coefficient D, length²/time; the plugin's default if not given, which must be above 0 then.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coefficient: Option<Field<NonNegative>>,
+    /// A direction, with a coefficient `along` and one `across` it in place of `coefficient`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fibre: Option<Fibre>,
+    /// Coefficient along the fibre, length²/time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub along: Option<Field<NonNegative>>,
+    /// Coefficient across the fibre, length²/time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub across: Option<Field<NonNegative>>,
     /// Discretisation; by default the one that fits where the species lives.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scheme: Option<DiffusionScheme>,
@@ -92,27 +104,33 @@ impl EffectSpec for Diffusion {
     }
 
     fn files(&self) -> Vec<(&'static str, &Path)> {
-        named([("coefficient.file", self.coefficient.as_ref().and_then(Field::file))])
+        let [coefficient, along, across] = [&self.coefficient, &self.along, &self.across]
+            .map(|field| field.as_ref().and_then(Field::file));
+        named([
+            ("coefficient.file", coefficient),
+            ("along.file", along),
+            ("across.file", across),
+            ("fibre.file", self.fibre.as_ref().and_then(Fibre::file)),
+        ])
     }
 
     fn resolve_paths_against(&mut self, folder: &Path) {
-        if let Some(coefficient) = &mut self.coefficient {
-            coefficient.resolve_path_against(folder);
+        let fields = [&mut self.coefficient, &mut self.along, &mut self.across];
+        fields.into_iter().flatten().for_each(|field| field.resolve_path_against(folder));
+        if let Some(fibre) = &mut self.fibre {
+            fibre.resolve_path_against(folder);
         }
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
-        let refuse = |key, message: String, help: String| {
-            Err(EffectError { key, message, help: Some(help) })
-        };
         let (species, location) = context.species("species", &self.species, "diffuse")?;
+        let directed = self.directed()?;
         let usual = context.kinetics.map_or(0.0, |(law, _)| law.species[species].diffusion);
-        if self.coefficient.is_none() && usual == 0.0 {
+        if self.coefficient.is_none() && directed.is_none() && usual == 0.0 {
             return refuse(
                 "species",
                 format!("diffusion of {} has no coefficient, and the law gives none", self.species),
-                "coefficient = D in length²/time; a law written as text has no default, and 0 can be given"
-                    .into(),
+                "coefficient = D in length²/time; a law written as text has no default, and 0 can be given",
             );
         }
         let given = self.coefficient.as_ref();
@@ -126,35 +144,104 @@ impl EffectSpec for Diffusion {
             return refuse(
                 "scheme",
                 format!("this scheme does not fit species on {}", location.nouns()),
-                "`cotan` is for species on vertices, `green-gauss` for species on faces; \
-                 kinetics.location says where they are"
-                    .into(),
+                "`cotan` is for species on vertices, `green-gauss` for species on faces; kinetics.location says where \
+                 they are",
             );
         }
+        match (fitting, directed) {
+            (DiffusionScheme::Cotan, None) => {
+                let (measure, rest) = (context.measure, self.metric == DiffusionMetric::Rest);
+                let scheme = Cotan::new(context.sheet, species, coefficient, measure, rest);
+                Ok(Effect::transport(scheme))
+            }
+            (DiffusionScheme::Cotan, Some(directed)) => self.along(context, species, directed),
+            (DiffusionScheme::GreenGauss, None) => self.on_faces(context, species, &coefficient),
+            (DiffusionScheme::GreenGauss, Some(_)) => refuse(
+                "fibre",
+                "the Green-Gauss scheme has the same coefficient in all directions".into(),
+                "use kinetics.location = \"vertex\"",
+            ),
+        }
+    }
+}
+
+fn refuse<T>(key: &'static str, message: String, help: &str) -> Result<T, EffectError> {
+    Err(EffectError { key, message, help: Some(help.into()) })
+}
+
+/// A fibre, and the coefficients along and across it.
+type Directed<'a> = (&'a Fibre, &'a Field<NonNegative>, &'a Field<NonNegative>);
+
+impl Diffusion {
+    /// Of a species with a coefficient, that of the law if none is given, along the current shape.
+    #[must_use]
+    pub fn of(species: impl Into<String>, coefficient: Option<Field<NonNegative>>) -> Self {
+        Self {
+            species: species.into(),
+            coefficient,
+            fibre: None,
+            along: None,
+            across: None,
+            scheme: None,
+            metric: DiffusionMetric::default(),
+        }
+    }
+
+    /// What it has of directions; refuses keys that do not go together.
+    fn directed(&self) -> Result<Option<Directed<'_>>, EffectError> {
+        let keys = [self.fibre.is_some(), self.along.is_some(), self.across.is_some()];
+        let given = keys.into_iter().zip(["fibre", "along", "across"]).find(|(given, _)| *given);
+        let Some((_, first)) = given else { return Ok(None) };
+        if self.coefficient.is_some() {
+            let message = "diffusion has one coefficient, or one along and one across a fibre";
+            let help = "either coefficient, or fibre with along and across";
+            return refuse("coefficient", message.into(), help);
+        }
+        match (&self.fibre, &self.along, &self.across) {
+            (Some(fibre), Some(along), Some(across)) => Ok(Some((fibre, along, across))),
+            _ => refuse(
+                first,
+                "diffusion with a direction needs the fibre and the coefficients along and across it".into(),
+                "as in fibre = [1, 0, 0], along = 2.0, across = 0.5",
+            ),
+        }
+    }
+
+    /// The cotangent scheme with fibres.
+    fn along(
+        &self,
+        context: &EffectContext<'_>,
+        species: usize,
+        (fibre, along, across): Directed<'_>,
+    ) -> Result<Effect, EffectError> {
+        let along = context.values(along, Location::Face, "along")?;
+        let across = context.values(across, Location::Face, "across")?;
+        let fibres = fibre.in_triangles(context)?;
+        let fibres = AlongFibres::new(context.sheet, &fibres, &along, &across);
+        let (measure, rest) = (context.measure, self.metric == DiffusionMetric::Rest);
+        let scheme = Cotan::along(context.sheet, species, (&across, fibres), measure, rest);
+        Ok(Effect::transport(scheme))
+    }
+
+    /// The paper's scheme.
+    fn on_faces(
+        &self,
+        context: &EffectContext<'_>,
+        species: usize,
+        coefficient: &Values,
+    ) -> Result<Effect, EffectError> {
+        if context.measure == Measure::Amount {
+            let message = "the Green-Gauss scheme does not conserve amounts".into();
+            let help = "use kinetics.location = \"vertex\" with measure = \"amount\"";
+            return refuse("scheme", message, help);
+        }
+        let Values::Same(coefficient) = *coefficient else {
+            let message = "the Green-Gauss scheme has one coefficient".into();
+            let help = "give a number, or use kinetics.location = \"vertex\"";
+            return refuse("coefficient", message, help);
+        };
         let rest = self.metric == DiffusionMetric::Rest;
-        Ok(match fitting {
-            DiffusionScheme::Cotan => {
-                let measure = context.measure;
-                Effect::transport(Cotan::new(context.sheet, species, coefficient, measure, rest))
-            }
-            DiffusionScheme::GreenGauss => {
-                if context.measure == Measure::Amount {
-                    return refuse(
-                        "scheme",
-                        "the Green-Gauss scheme does not conserve amounts".into(),
-                        "use kinetics.location = \"vertex\" with measure = \"amount\"".into(),
-                    );
-                }
-                let Values::Same(coefficient) = coefficient else {
-                    return refuse(
-                        "coefficient",
-                        "the Green-Gauss scheme has one coefficient".into(),
-                        "give a number, or use kinetics.location = \"vertex\"".into(),
-                    );
-                };
-                Effect::transport(GreenGauss::new(context.sheet, species, coefficient, rest))
-            }
-        })
+        Ok(Effect::transport(GreenGauss::new(context.sheet, species, coefficient, rest)))
     }
 }
 

@@ -129,6 +129,18 @@ impl Fibre {
     /// # Errors
     /// A formula or an array that cannot be read, or a direction that does not lie in the sheet anywhere near an edge.
     pub fn along_edges(&self, context: &EffectContext<'_>) -> Result<Vec<f64>, EffectError> {
+        Ok(self.angles_of_edges(context)?.into_iter().map(|[square, _]| square).collect())
+    }
+
+    /// cos² θ and sin θ cos θ of every edge of the sheet at rest, θ from the fibre counter-clockwise seen from where the normals
+    /// point to.
+    ///
+    /// # Errors
+    /// As for [`Fibre::along_edges`].
+    pub fn angles_of_edges(
+        &self,
+        context: &EffectContext<'_>,
+    ) -> Result<Vec<[f64; 2]>, EffectError> {
         let sheet = context.sheet;
         let (rest, edges) = (sheet.rest(), sheet.edges());
         let middle = |edge: &Edge| {
@@ -139,15 +151,17 @@ impl Fibre {
         let sides = |e: usize| edges[e].triangles.into_iter().filter(|t| *t != Edge::NONE);
         let ends = |e: usize| edges[e].vertices.to_vec();
         let directions = self.at(context, &centres, ends, |e| sides(e).collect())?;
-        let mut squares = vec![0.0; edges.len()];
-        parallel::fill(&mut squares, |e| {
+        let mut angles = vec![[0.0; 2]; edges.len()];
+        parallel::fill(&mut angles, |e| {
             let [a, b] = edges[e].vertices.map(|v| rest[v as usize]);
             let normal: Vec3 = sides(e).map(|t| normal(sheet, t as usize)).sum();
-            let fibre = in_plane(&directions[e], &normal);
-            fibre.map_or(f64::NAN, |fibre| fibre.dot(&(b - a).normalize()).powi(2))
+            let Some(fibre) = in_plane(&directions[e], &normal) else { return [f64::NAN; 2] };
+            let edge = (b - a).normalize();
+            let (along, across) = (fibre.dot(&edge), normal.normalize().cross(&fibre).dot(&edge));
+            [along.powi(2), along * across]
         });
         let place = |e: usize| format!("near {:.3?}", centres[e].as_slice());
-        checked(squares, |square| square.is_finite(), place)
+        checked(angles, |[square, _]| square.is_finite(), place)
     }
 
     /// The fibre in every triangle of the sheet at rest.
@@ -256,6 +270,18 @@ fn mean(all: &[Vec3], some: &[u32]) -> Vec3 {
         sum += if sum.dot(&one) < 0.0 { -one } else { one };
     }
     sum
+}
+
+/// Derivatives along a unit vector in triangle `t` at rest of its three shape functions, 1/length: `n × e_k/(2A)` along it, e_k opposite
+/// corner k.
+pub(super) fn shape_slopes(sheet: &Sheet, t: usize, fibre: &Vec3) -> [f64; 3] {
+    let x = sheet.triangles()[t].map(|v| sheet.rest()[v as usize]);
+    let normal = (x[1] - x[0]).cross(&(x[2] - x[0]));
+    let twice_area = normal.norm();
+    [0, 1, 2].map(|k| {
+        let edge = x[(k + 2) % 3] - x[(k + 1) % 3];
+        (normal / twice_area).cross(&edge).dot(fibre) / twice_area
+    })
 }
 
 /// The normal of a triangle at rest, of twice its area.

@@ -245,7 +245,7 @@ fn count(place: Location, sheet: &Sheet) -> usize {
 }
 
 /// Centroids of the triangles at rest.
-fn centroids(sheet: &Sheet) -> Vec<Vec3> {
+pub(super) fn centroids(sheet: &Sheet) -> Vec<Vec3> {
     sheet.triangles().iter().map(|corners| centroid(sheet, corners)).collect()
 }
 

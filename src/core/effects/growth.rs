@@ -11,13 +11,21 @@
 //! Φ_ij² = g_∥² cos² θ + g_⊥² sin² θ,     θ the angle between the edge and a at rest
 //! ```
 //!
-//! which are the lengths of the metric `g_∥² a⊗a + g_⊥² (1 - a⊗a)`: triangles read it exactly, bonds as far as
-//! their lengths tell. Several such effects, and the length factors of laws, multiply. Like those
+//! which are the lengths of the metric `g_∥² a⊗a + g_⊥² b⊗b`, b across: a turned by 90 degrees counter-clockwise, seen from where the
+//! normals point to. `shear` adds `s (a⊗b + b⊗a)`, which makes it general: three numbers, `FᵀF` of any deformation F,
+//!
+//! ```text
+//! Φ_ij² = g_∥² cos² θ + g_⊥² sin² θ + 2 s sin θ cos θ,     |s| < g_∥ g_⊥
+//! ```
+//!
+//! A metric that is the same everywhere is that of every triangle exactly; one that differs from place to place is taken at the middles of the
+//! edges. Bonds have the lengths as exactly as triangles, so that both are without stress where the metric is that of a shape;
+//! where it is not, the modulus of bonds is isotropic for equilateral optimal triangles only. Several such effects, and the length factors of laws, multiply. Like those
 //! of laws it exerts no force: stretching and the strains that laws read see the lengths, the rest positions
 //! stay. With `measure = "amount"` growth dilutes species and conserves their totals.
 //!
 //! Reference: multiplicative growth, e.g. Rodriguez, Hoger & McCulloch, J. Biomech. 27 (1994) 455,
-//! doi:10.1016/0021-9290(94)90021-3. Not covered: growth with shear.
+//! doi:10.1016/0021-9290(94)90021-3.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -26,11 +34,9 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::field::named;
-use super::{Effect, EffectContext, EffectError, EffectSpec, Fibre, Field, Region, Values};
-use crate::Vec3;
+use super::timed_field::{self, TimedField};
+use super::{Effect, EffectContext, EffectError, EffectSpec, Fibre, Field, Region};
 use crate::kinetics::Location;
-use crate::kinetics::breakpoints::sampled;
-use crate::kinetics::formula::FieldFormula;
 use crate::parallel;
 use crate::sheet::Sheet;
 
@@ -47,6 +53,9 @@ pub struct Growth {
     /// The length factor across the fibre; 1 without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub across: Option<Field>,
+    /// The component s of the metric between the fibre and the direction across; 0 without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shear: Option<Field>,
     /// The direction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fibre: Option<Fibre>,
@@ -63,6 +72,7 @@ impl Growth {
             factor: Some(Field::Formula(factor.into())),
             along: None,
             across: None,
+            shear: None,
             fibre: None,
             region,
         }
@@ -70,7 +80,10 @@ impl Growth {
 
     /// Whether it has the keys of one way to grow.
     fn check(&self) -> Result<(), EffectError> {
-        let directed = self.along.is_some() || self.across.is_some();
+        let directed = [&self.along, &self.across, &self.shear];
+        let keys = directed.into_iter().zip(["along", "across", "shear"]);
+        let key = keys.into_iter().find_map(|(field, key)| field.as_ref().map(|_| key));
+        let directed = key.is_some();
         let wrong = |key, message: &str, help: &str| {
             Err(EffectError { key, message: message.into(), help: Some(help.into()) })
         };
@@ -78,13 +91,13 @@ impl Growth {
             (Some(_), true, _) | (Some(_), _, Some(_)) => wrong(
                 "factor",
                 "growth has a factor in every direction, or one along and one across a fibre",
-                "either factor, or fibre with along and across",
+                "either factor, or fibre with along, across and shear",
             ),
             (None, false, None) => {
                 wrong("factor", "growth needs a length factor", "as in factor = \"1 + 0.1*t\"")
             }
             (None, true, None) => wrong(
-                if self.along.is_some() { "along" } else { "across" },
+                key.unwrap_or("fibre"),
                 "growth with a direction needs the fibre that it refers to",
                 "as in fibre = [1, 0, 0]",
             ),
@@ -105,27 +118,25 @@ fn everywhere() -> Region {
 #[typetag::serialize(name = "growth")]
 impl EffectSpec for Growth {
     fn breakpoints(&self, sheet: &Sheet, until: f64) -> Vec<f64> {
-        let fields = [&self.factor, &self.along, &self.across].into_iter().flatten();
-        let read = fields.filter_map(|field| match field {
-            Field::Formula(text) => FieldFormula::new(text, true).ok(),
-            _ => None,
-        });
-        read.flat_map(|formula| breakpoints(&formula, sheet, until)).collect()
+        let fields = [&self.factor, &self.along, &self.across, &self.shear].into_iter().flatten();
+        timed_field::breakpoints(fields, sheet, until)
     }
 
     fn files(&self) -> Vec<(&'static str, &Path)> {
-        let [factor, along, across] = [&self.factor, &self.along, &self.across]
+        let [factor, along, across, shear] = [&self.factor, &self.along, &self.across, &self.shear]
             .map(|field| field.as_ref().and_then(Field::file));
         named([
             ("factor.file", factor),
             ("along.file", along),
             ("across.file", across),
+            ("shear.file", shear),
             ("fibre.file", self.fibre.as_ref().and_then(Fibre::file)),
         ])
     }
 
     fn resolve_paths_against(&mut self, folder: &Path) {
-        for field in [&mut self.factor, &mut self.along, &mut self.across].into_iter().flatten() {
+        let fields = [&mut self.factor, &mut self.along, &mut self.across, &mut self.shear];
+        for field in fields.into_iter().flatten() {
             field.resolve_path_against(folder);
         }
         if let Some(fibre) = &mut self.fibre {
@@ -144,12 +155,28 @@ impl EffectSpec for Growth {
             None => read("factor", &self.factor)?.map(Factors::Isotropic),
             Some(fibre) => {
                 let (along, across) = (read("along", &self.along)?, read("across", &self.across)?);
-                let square = fibre.along_edges(context)?;
-                Some(Factors::Directed(Box::new(Directed { along, across, square })))
+                let of = |field| read_field("shear", field, context);
+                let shear = self.shear.as_ref().map(of).transpose()?;
+                let angles = fibre.angles_of_edges(context)?;
+                let directed = Directed { along, across, shear, angles };
+                directed.check(sheet, &inside)?;
+                Some(Factors::Directed(Box::new(directed)))
             }
         };
         let growth = factors.map(|factors| LengthFactor::new(factors, inside, sheet));
         Ok(Effect { growth: growth.into_iter().collect(), ..Effect::default() })
+    }
+}
+
+/// A field, of whose formula only the values inside count.
+fn read_field(
+    key: &'static str,
+    field: &Field,
+    context: &EffectContext<'_>,
+) -> Result<TimedField, EffectError> {
+    match field {
+        Field::Formula(text) => TimedField::formula(text, Location::Vertex, key),
+        _ => context.timed_field(field, Location::Vertex, key),
     }
 }
 
@@ -159,20 +186,10 @@ fn factor(
     field: &Field,
     context: &EffectContext<'_>,
     inside: &[bool],
-) -> Result<Given, EffectError> {
+) -> Result<TimedField, EffectError> {
     let sheet = context.sheet;
-    let given = match field {
-        Field::Formula(text) => {
-            let formula = FieldFormula::new(text, true);
-            Given::Formula(formula.map_err(|e| EffectError {
-                key,
-                message: e.message,
-                help: e.help,
-            })?)
-        }
-        _ => Given::Values(context.values(field, Location::Vertex, key)?),
-    };
-    let factor = given.at_edges(inside, sheet, 0.0);
+    let given = read_field(key, field, context)?;
+    let factor = at_edges(&given, (inside, 1.0), sheet, 0.0);
     let Some(e) = factor.iter().position(|f| !(*f > 0.0 && f.is_finite())) else {
         return Ok(given);
     };
@@ -214,76 +231,92 @@ impl std::fmt::Debug for Function {
     }
 }
 
-/// A length factor at the vertices.
-#[derive(Debug, Clone)]
-enum Given {
-    /// Of position and time.
-    Formula(FieldFormula),
-    /// At all times.
-    Values(Values),
-}
-
-impl Given {
-    fn depends_on_time(&self) -> bool {
-        matches!(self, Self::Formula(formula) if formula.depends_on_time())
-    }
-
-    /// Means of the ends of every edge, 1 at vertices that are not `inside`.
-    fn at_edges(&self, inside: &[bool], sheet: &Sheet, time: f64) -> Vec<f64> {
-        let mut g = match self {
-            Self::Formula(formula) => formula.at(sheet.rest(), time),
-            Self::Values(Values::Same(value)) => vec![*value; sheet.vertex_count()],
-            Self::Values(Values::Each(all)) => all.clone(),
-        };
-        for (g, _) in g.iter_mut().zip(inside).filter(|(_, inside)| !**inside) {
-            *g = 1.0;
-        }
-        let edges = sheet.edges();
-        let mut factor = vec![1.0; edges.len()];
-        parallel::fill(&mut factor, |e| {
-            let [a, b] = edges[e].vertices.map(|v| g[v as usize]);
-            0.5 * (a + b)
-        });
-        factor
-    }
+/// Means of the ends of every edge, `outside` at vertices that are not `inside`.
+fn at_edges(
+    field: &TimedField,
+    (inside, outside): (&[bool], f64),
+    sheet: &Sheet,
+    time: f64,
+) -> Vec<f64> {
+    let values = field.at(sheet, time);
+    let at = |v: u32| if inside[v as usize] { values.at(v as usize) } else { outside };
+    let edges = sheet.edges();
+    let mut factor = vec![1.0; edges.len()];
+    parallel::fill(&mut factor, |e| {
+        let [a, b] = edges[e].vertices.map(at);
+        0.5 * (a + b)
+    });
+    factor
 }
 
 /// The length factors of growth.
 #[derive(Debug, Clone)]
 enum Factors {
-    Isotropic(Given),
+    Isotropic(TimedField),
     Directed(Box<Directed>),
 }
 
 #[derive(Debug, Clone)]
 struct Directed {
-    along: Option<Given>,
-    across: Option<Given>,
-    /// cos² θ of every edge.
-    square: Vec<f64>,
+    along: Option<TimedField>,
+    across: Option<TimedField>,
+    shear: Option<TimedField>,
+    /// cos² θ and sin θ cos θ of every edge.
+    angles: Vec<[f64; 2]>,
+}
+
+impl Directed {
+    /// g_∥, g_⊥ and s of every edge.
+    fn at(&self, sheet: &Sheet, inside: &[bool], time: f64) -> impl Fn(usize) -> [f64; 3] + Sync {
+        let of = |field: Option<&TimedField>, outside| {
+            field.map(|field| at_edges(field, (inside, outside), sheet, time))
+        };
+        let (along, across) = (of(self.along.as_ref(), 1.0), of(self.across.as_ref(), 1.0));
+        let shear = of(self.shear.as_ref(), 0.0);
+        move |e| {
+            let [g, h] = [&along, &across].map(|g| g.as_ref().map_or(1.0, |g| g[e]));
+            [g, h, shear.as_ref().map_or(0.0, |s| s[e])]
+        }
+    }
+
+    /// Refuses a metric that has not only positive lengths at time 0.
+    fn check(&self, sheet: &Sheet, inside: &[bool]) -> Result<(), EffectError> {
+        let at = self.at(sheet, inside, 0.0);
+        let wrong = |e: &usize| {
+            let [g, h, s] = at(*e);
+            !(s.abs() < g * h)
+        };
+        let Some(e) = (0..self.angles.len()).find(wrong) else { return Ok(()) };
+        let ([a, b], [g, h, s]) = (sheet.edges()[e].vertices, at(e));
+        let message = format!(
+            "the shear is {s} between vertices {a} and {b} at time 0, where the length factors are {g} along and {h} across"
+        );
+        let help =
+            "its size must be below the product of the two, or some lengths are not positive";
+        Err(EffectError { key: "shear", message, help: Some(help.into()) })
+    }
 }
 
 impl Factors {
     fn depends_on_time(&self) -> bool {
         match self {
             Self::Isotropic(factor) => factor.depends_on_time(),
-            Self::Directed(of) => {
-                [&of.along, &of.across].into_iter().flatten().any(Given::depends_on_time)
-            }
+            Self::Directed(of) => [&of.along, &of.across, &of.shear]
+                .into_iter()
+                .flatten()
+                .any(TimedField::depends_on_time),
         }
     }
 
     fn at(&self, sheet: &Sheet, inside: &[bool], time: f64) -> Vec<f64> {
-        let of = |factor: &Given| factor.at_edges(inside, sheet, time);
         match self {
-            Self::Isotropic(factor) => of(factor),
+            Self::Isotropic(factor) => at_edges(factor, (inside, 1.0), sheet, time),
             Self::Directed(directed) => {
-                let Directed { along, across, square } = &**directed;
-                let [along, across] = [along, across].map(|factor| factor.as_ref().map(of));
-                let mut factor = vec![1.0; square.len()];
+                let (at, angles) = (directed.at(sheet, inside, time), &directed.angles);
+                let mut factor = vec![1.0; angles.len()];
                 parallel::fill(&mut factor, |e| {
-                    let [g, h] = [&along, &across].map(|g| g.as_ref().map_or(1.0, |g| g[e]));
-                    (g * g * square[e] + h * h * (1.0 - square[e])).sqrt()
+                    let ([g, h, s], [square, product]) = (at(e), angles[e]);
+                    (g * g * square + h * h * (1.0 - square) + 2.0 * s * product).sqrt()
                 });
                 factor
             }
@@ -329,28 +362,4 @@ impl LengthFactor {
 fn fitted(mut factor: Vec<f64>, sheet: &Sheet) -> Vec<f64> {
     factor.resize(sheet.edges().len(), f64::NAN);
     factor
-}
-
-/// Vertices at which a factor of position and time is sampled.
-const SAMPLED: usize = 16;
-
-fn breakpoints(formula: &FieldFormula, sheet: &Sheet, until: f64) -> Vec<f64> {
-    let mut times = Vec::new();
-    if !formula.depends_on_time() {
-        return times;
-    }
-    let vertices = if formula.depends_on_position() { sheet.rest() } else { &sheet.rest()[..1] };
-    formula.breakpoints(vertices, until, &mut times);
-    let some: Vec<Vec3> =
-        vertices.iter().step_by(vertices.len().div_ceil(SAMPLED)).copied().collect();
-    let values = |times: &[f64]| {
-        let mut columns = vec![Vec::with_capacity(times.len()); some.len()];
-        for time in times {
-            let values = formula.at(&some, *time);
-            columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
-        }
-        columns.iter().flatten().all(|value| value.is_finite()).then_some(columns)
-    };
-    times.extend(sampled(until, values).unwrap_or_default());
-    times
 }

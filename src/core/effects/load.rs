@@ -15,23 +15,25 @@
 //!   triangle. For a pressure that follows the sheet see the effect `pressure`.
 //!
 //! F is three numbers; components of f and p are fields (`field.rs`): at the vertices for `per-vertex` and `per-length`, on
-//! the triangles for the others.
+//! the triangles for the others. Their formulas may read the time t: a load that travels.
 //!
 //! U counts from the rest positions, so a large sheet far from the origin loses no digits.
 //! `ramp` multiplies the forces by a factor of time (see the file `ramp.rs`); without it they are constant.
 //! Not covered: dead moments.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use super::ramp::Factor;
+use super::timed_field::{self, TimedField};
 use super::{
     Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, Field, HessianPart, Measure,
     Needs, Ramp, Region, Values,
 };
 use crate::Vec3;
-use crate::geometry::Shape;
+use crate::geometry::{Conditions, Shape};
 use crate::kinetics::Location;
 use crate::linear::BlockMatrix;
 use crate::num::checked::Finite;
@@ -81,8 +83,12 @@ impl EffectSpec for Load {
         Needs { out_of_plane: along_z.then_some("force"), ..Needs::default() }
     }
 
-    fn breakpoints(&self, _: &Sheet, until: f64) -> Vec<f64> {
-        Factor::new(self.ramp.as_ref()).map_or_else(|_| Vec::new(), |ramp| ramp.breakpoints(until))
+    fn breakpoints(&self, sheet: &Sheet, until: f64) -> Vec<f64> {
+        let mut times = timed_field::breakpoints(self.force.fields(), sheet, until);
+        times.extend(
+            Factor::new(self.ramp.as_ref()).iter().flat_map(|ramp| ramp.breakpoints(until)),
+        );
+        times
     }
 
     fn files(&self) -> Vec<(&'static str, &Path)> {
@@ -139,7 +145,7 @@ fn spread(
     sheet: &Sheet,
     chosen: &[bool],
     force: &LoadForce,
-    fields: &[Values],
+    fields: &[Cow<'_, Values>],
 ) -> (Vec<Vec3>, usize) {
     let inside = |v: &u32| chosen[*v as usize];
     let vector = |i: usize| Vec3::from_fn(|axis, _| fields[axis].at(i));
@@ -188,11 +194,28 @@ fn spread(
     (on, carriers)
 }
 
-/// Fixed forces on the vertices of one sheet.
+/// Forces on the vertices of one sheet that no motion changes.
 #[derive(Debug)]
 pub struct DeadLoad {
+    /// At time 0.
     force: Vec<Vec3>,
     factor: Factor,
+    varying: Option<Box<Varying>>,
+}
+
+/// Forces by formulas of the time.
+#[derive(Debug)]
+struct Varying {
+    chosen: Vec<bool>,
+    force: LoadForce,
+    fields: Vec<TimedField>,
+}
+
+impl Varying {
+    fn at(&self, sheet: &Sheet, time: f64) -> Vec<Vec3> {
+        let fields: Vec<_> = self.fields.iter().map(|field| field.at(sheet, time)).collect();
+        spread(sheet, &self.chosen, &self.force, &fields).0
+    }
 }
 
 impl DeadLoad {
@@ -213,11 +236,16 @@ impl DeadLoad {
         chosen: &[bool],
         force: &LoadForce,
     ) -> Result<Self, EffectError> {
-        let of = |field| context.values(field, force.place(), "force");
-        let fields: Vec<Values> = force.fields().iter().map(of).collect::<Result<_, _>>()?;
-        let (on, carriers) = spread(context.sheet, chosen, force, &fields);
+        let of = |field| context.timed_field(field, force.place(), "force");
+        let fields: Vec<TimedField> = force.fields().iter().map(of).collect::<Result<_, _>>()?;
+        let start: Vec<_> = fields.iter().map(|field| field.at(context.sheet, 0.0)).collect();
+        let (on, carriers) = spread(context.sheet, chosen, force, &start);
+        drop(start);
         if context.sheet.reduction().any(carriers > 0) {
-            return Ok(Self { force: on, factor: Factor::default() });
+            let timed = fields.iter().any(TimedField::depends_on_time);
+            let varying = || Varying { chosen: chosen.to_vec(), force: force.clone(), fields };
+            let varying = timed.then(varying).map(Box::new);
+            return Ok(Self { force: on, factor: Factor::default(), varying });
         }
         let (part, help) = match force {
             LoadForce::PerLength(_) => (
@@ -235,7 +263,7 @@ impl DeadLoad {
         Err(EffectError { key: "where", message, help: Some(help.into()) })
     }
 
-    /// The force on every vertex.
+    /// The force on every vertex at time 0, without the ramp.
     #[must_use]
     pub fn force(&self) -> &[Vec3] {
         &self.force
@@ -243,7 +271,8 @@ impl DeadLoad {
 }
 
 impl Energy for DeadLoad {
-    type Work = ();
+    /// Forces by formulas of the time, at the time in force.
+    type Work = Vec<Vec3>;
 
     fn name(&self) -> &'static str {
         "load"
@@ -254,11 +283,23 @@ impl Energy for DeadLoad {
     }
 
     fn depends_on_time(&self) -> bool {
-        self.factor.changes()
+        self.factor.changes() || self.varying.is_some()
     }
 
-    fn evaluate(&self, shape: &Shape<'_>, (): &mut (), gradient: Option<&mut [Vec3]>) -> f64 {
-        let (force, x, rest) = (&self.force, shape.x, shape.sheet.rest());
+    fn prepare(&self, conditions: &Conditions<'_>, work: &mut Vec<Vec3>) {
+        if let Some(varying) = &self.varying {
+            *work = varying.at(conditions.sheet, conditions.time);
+        }
+    }
+
+    fn evaluate(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut Vec<Vec3>,
+        gradient: Option<&mut [Vec3]>,
+    ) -> f64 {
+        let force: &[Vec3] = if self.varying.is_some() { work } else { &self.force };
+        let (x, rest) = (shape.x, shape.sheet.rest());
         let factor = self.factor.at(shape.time);
         if let Some(gradient) = gradient {
             parallel::update(gradient, |i, g| *g -= factor * force[i]);
@@ -267,7 +308,7 @@ impl Energy for DeadLoad {
         -parallel::sum(owned, |i| factor * force[i].dot(&(x[i] - rest[i])))
     }
 
-    fn add_hessian(&self, _: &Shape<'_>, (): &mut (), _: HessianPart, _: &mut BlockMatrix) {}
+    fn add_hessian(&self, _: &Shape<'_>, _: &mut Vec<Vec3>, _: HessianPart, _: &mut BlockMatrix) {}
 
     fn applied_force(&self) -> f64 {
         self.factor.largest() * self.force.iter().map(|f| f.norm()).fold(0.0, f64::max)

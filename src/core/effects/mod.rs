@@ -7,6 +7,7 @@
 
 mod active;
 mod advection;
+mod along_fibres;
 mod bending;
 mod cone;
 mod contact;
@@ -37,6 +38,7 @@ mod region;
 mod remodelling;
 mod spec;
 mod stretching;
+mod timed_field;
 mod transport;
 mod vertex_field;
 mod volume;

@@ -1,11 +1,11 @@
-//! Parameters of effects at the vertices that may read species.
+//! Parameters of effects at the vertices that may read species and the time.
 //!
 //! ```text
-//! value = "0.1*m"                a formula of the rest position x, y, z and of the species of the scene
+//! value = "0.1*m*sin(t)"         a formula of the rest position x, y, z, the time t and the species of the scene
 //! ```
 //!
-//! A formula without species, a number, regions and arrays are what they are elsewhere (`field.rs`). Species are those carried to the
-//! vertices, as frozen in a relaxation as optimal lengths are. A species called x, y or z cannot be read: these are the position.
+//! A formula without either, a number, regions and arrays are what they are elsewhere (`field.rs`). Species are those carried to the
+//! vertices, as frozen in a relaxation as optimal lengths are. A species called x, y, z or t cannot be read: these are position and time.
 
 use std::borrow::Cow;
 
@@ -18,10 +18,10 @@ use crate::num::checked::Checked;
 /// A parameter at the vertices.
 #[derive(Debug, Clone)]
 pub enum VertexField {
-    /// The same whatever the species are.
+    /// The same whatever the species and the time are.
     Given(Values),
-    /// By a formula of species.
-    OfSpecies(Box<SpeciesFormula>),
+    /// By a formula of species or of the time.
+    Formula(Box<SpeciesFormula>),
 }
 
 impl VertexField {
@@ -30,8 +30,14 @@ impl VertexField {
     pub fn species(&self) -> &[usize] {
         match self {
             Self::Given(_) => &[],
-            Self::OfSpecies(formula) => formula.species(),
+            Self::Formula(formula) => formula.species(),
         }
+    }
+
+    /// Whether it reads the time: the energy then [depends on it](super::Energy::depends_on_time).
+    #[must_use]
+    pub fn depends_on_time(&self) -> bool {
+        matches!(self, Self::Formula(formula) if formula.depends_on_time())
     }
 
     /// Its values at the vertices.
@@ -39,9 +45,11 @@ impl VertexField {
     pub fn at(&self, conditions: &Conditions<'_>) -> Cow<'_, Values> {
         match self {
             Self::Given(values) => Cow::Borrowed(values),
-            Self::OfSpecies(formula) => {
+            Self::Formula(formula) => {
                 let rest = conditions.sheet.rest();
-                Cow::Owned(Values::Each(formula.at(rest, |s| conditions.species(s))))
+                Cow::Owned(Values::Each(
+                    formula.at(rest, conditions.time, |s| conditions.species(s)),
+                ))
             }
         }
     }
@@ -51,19 +59,19 @@ impl VertexField {
     pub fn slopes(&self, conditions: &Conditions<'_>) -> Vec<Vec<f64>> {
         match self {
             Self::Given(_) => Vec::new(),
-            Self::OfSpecies(formula) => {
-                formula.slopes(conditions.sheet.rest(), |s| conditions.species(s))
+            Self::Formula(formula) => {
+                formula.slopes(conditions.sheet.rest(), conditions.time, |s| conditions.species(s))
             }
         }
     }
 }
 
 impl EffectContext<'_> {
-    /// The values of a field at the vertices, whose formula may read species; `key` is to blame. Ranges of N hold where no
+    /// The values of a field at the vertices, whose formula may read species and the time; `key` is to blame. Ranges of N hold where no
     /// species are read.
     ///
     /// # Errors
-    /// As for [`Field::on`]; a formula with a name that is neither the position nor a species.
+    /// As for [`Field::on`]; a formula with a name that is neither position, time nor a species.
     pub fn vertex_field<N: Checked>(
         &self,
         field: &Field<N>,
@@ -77,8 +85,8 @@ impl EffectContext<'_> {
                 message: e.message,
                 help: e.help,
             })?;
-            if !formula.species().is_empty() {
-                return Ok(VertexField::OfSpecies(Box::new(formula)));
+            if !formula.species().is_empty() || formula.depends_on_time() {
+                return Ok(VertexField::Formula(Box::new(formula)));
             }
         }
         self.values(field, Location::Vertex, key).map(VertexField::Given)

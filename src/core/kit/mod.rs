@@ -14,12 +14,7 @@
 //! # use rumple::sheet::{Shape, generate};
 //! # let sheet = Arc::new(generate(&Shape::Disc { radius: 3.0 }, 60, 1)?);
 //!
-//! let diffusion = Diffusion {
-//!     species: "c".into(),
-//!     coefficient: None,
-//!     scheme: None,
-//!     metric: Default::default(),
-//! };
+//! let diffusion = Diffusion::of("c", None);
 //! let kinetics = made_up(&["c"]);
 //! let report = examine_with(&diffusion, &sheet, None, Some((&kinetics, Location::Vertex)))?;
 //! assert_eq!(report.faults, Vec::<String>::new());

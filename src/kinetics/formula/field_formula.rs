@@ -11,9 +11,9 @@ use rumple_numerics::Vec3;
 /// The names of the rest position.
 pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
 /// Inputs of a [`FieldFormula`].
-const NAMES: [&str; 4] = ["x", "y", "z", "t"];
+pub(super) const NAMES: [&str; 4] = ["x", "y", "z", "t"];
 /// The number of the time among them.
-const TIME: u32 = 3;
+pub(super) const TIME: u32 = 3;
 
 /// A formula of the rest position `x`, `y`, `z` and, if it may, the time `t`.
 #[derive(Debug, Clone)]

@@ -1,6 +1,6 @@
-//! Formulas of position and species: `f(x, y, z, c)` at given points, and `∂f/∂c`.
+//! Formulas of position, time and species: `f(x, y, z, t, c)` at given points, and `∂f/∂c`.
 
-use super::field_formula::AXES;
+use super::field_formula::{AXES, NAMES, TIME};
 use super::graph::Graph;
 use super::parse::{self, FormulaError};
 use super::program::Program;
@@ -9,32 +9,37 @@ use crate::error::nearest;
 use rumple_numerics::Vec3;
 use rumple_numerics::num::index;
 
-/// A formula of the rest position `x`, `y`, `z` and of species, with its derivatives by these.
+/// The number of the first species among its inputs, behind those of position and time.
+const FIRST: usize = NAMES.len();
+
+/// A formula of the rest position `x`, `y`, `z`, the time `t` and species, with its derivatives by these.
 #[derive(Debug, Clone)]
 pub struct SpeciesFormula {
     value: Program,
     slopes: Program,
     read: Vec<usize>,
+    timed: bool,
 }
 
 impl SpeciesFormula {
-    /// Reads it; a species called x, y or z is hidden by the position.
+    /// Reads it; a species called x, y, z or t is hidden by position and time.
     ///
     /// # Errors
     /// If the text is not a formula, or mentions anything else.
     pub fn new(text: &str, species: &[&str]) -> Result<Self, FormulaError> {
         let mut graph = Graph::of(text.len());
         let tree = parse::parse(text)?;
-        let mut read = Vec::new();
+        let (mut read, mut timed) = (Vec::new(), false);
         let id = graph.insert(&tree, &mut |graph, name| {
             if name == "pi" {
                 return Ok(graph.constant(std::f64::consts::PI));
             }
-            if let Some(axis) = AXES.iter().position(|axis| *axis == name) {
-                return Ok(graph.input(index(axis)));
+            if let Some(k) = NAMES.iter().position(|known| *known == name) {
+                timed |= index(k) == TIME;
+                return Ok(graph.input(index(k)));
             }
             let Some(s) = species.iter().position(|known| *known == name) else {
-                let all = || AXES.iter().chain(species).copied();
+                let all = || NAMES.iter().chain(species).copied();
                 let near = nearest(name, all())
                     .map(|near| format!("did you mean `{near}`? "))
                     .unwrap_or_default();
@@ -43,19 +48,19 @@ impl SpeciesFormula {
                     false => format!("the species {}", species.join(", ")),
                 };
                 return Err(format!(
-                    "{near}There are x, y, z (rest position, length), pi and {species}"
+                    "{near}There are x, y, z (rest position, length), t (time), pi and {species}"
                 ));
             };
             read.push(s);
-            Ok(graph.input(index(AXES.len() + s)))
+            Ok(graph.input(index(FIRST + s)))
         })?;
         read.sort_unstable();
         read.dedup();
-        let slopes = read.iter().map(|s| graph.slope(id, index(AXES.len() + s)));
+        let slopes = read.iter().map(|s| graph.slope(id, index(FIRST + s)));
         let slopes: Vec<_> = slopes.collect::<Result<_, _>>().map_err(|large| large.at(text))?;
         graph.complete();
         let (value, slopes) = (Program::new(&graph, &[id]), Program::new(&graph, &slopes));
-        Ok(Self { value, slopes, read })
+        Ok(Self { value, slopes, read, timed })
     }
 
     /// Numbers of the species that it reads, ascending.
@@ -64,10 +69,21 @@ impl SpeciesFormula {
         &self.read
     }
 
-    /// Its values at all points; `species` gives the values there of the species of a number.
+    /// Whether it reads the time.
     #[must_use]
-    pub fn at<'a>(&self, points: &[Vec3], species: impl Fn(usize) -> &'a [f64]) -> Vec<f64> {
-        self.run(&self.value, 1, points, species).pop().unwrap_or_default()
+    pub fn depends_on_time(&self) -> bool {
+        self.timed
+    }
+
+    /// Its values at all points and a time; `species` gives the values there of the species of a number.
+    #[must_use]
+    pub fn at<'a>(
+        &self,
+        points: &[Vec3],
+        time: f64,
+        species: impl Fn(usize) -> &'a [f64],
+    ) -> Vec<f64> {
+        self.run((&self.value, 1), points, time, species).pop().unwrap_or_default()
     }
 
     /// Its derivatives there by each of the species that it reads.
@@ -75,16 +91,17 @@ impl SpeciesFormula {
     pub fn slopes<'a>(
         &self,
         points: &[Vec3],
+        time: f64,
         species: impl Fn(usize) -> &'a [f64],
     ) -> Vec<Vec<f64>> {
-        self.run(&self.slopes, self.read.len(), points, species)
+        self.run((&self.slopes, self.read.len()), points, time, species)
     }
 
     fn run<'a>(
         &self,
-        program: &Program,
-        outputs: usize,
+        (program, outputs): (&Program, usize),
         points: &[Vec3],
+        time: f64,
         species: impl Fn(usize) -> &'a [f64],
     ) -> Vec<Vec<f64>> {
         let axes: Vec<Vec<f64>> =
@@ -94,8 +111,9 @@ impl SpeciesFormula {
             true => species(s).into(),
             false => Column::uniform(&0.0),
         };
+        let time = std::iter::once(Column::uniform(&time));
         let inputs: Vec<Column<'_>> =
-            axes.iter().map(Into::into).chain((0..last).map(of)).collect();
+            axes.iter().map(Into::into).chain(time).chain((0..last).map(of)).collect();
         let mut values = vec![vec![0.0; points.len()]; outputs];
         let mut columns: Vec<&mut [f64]> = values.iter_mut().map(Vec::as_mut_slice).collect();
         program.run(&inputs, points.len(), &mut columns);

@@ -54,7 +54,7 @@
 //! Cohen-Steiner & Morvan, doi:10.1145/777792.777839. Not covered: spontaneous curvature with a direction.
 
 use super::remodelling::FLOWED;
-use super::rest::{Curved, Flat, RestAngle, RestShape, SPONTANEOUS_CURVATURE};
+use super::rest::{Curved, Flat, RestAngle, RestShape};
 use crate::Vec3;
 use crate::effects::element::{self, Element, Mesh};
 use crate::effects::material::at_edges;
@@ -252,8 +252,8 @@ pub struct HingeWork<R> {
     hinge: Vec<Hinge<R>>,
     pull: Vec<[Vec3; 4]>,
     places: LazyStencils,
-    /// C₀ of every hinge that the law gives; empty without.
-    law: Vec<f64>,
+    /// C₀ of every hinge that changes in a run; empty without.
+    changing: Vec<f64>,
 }
 
 impl HingeBending {
@@ -309,27 +309,31 @@ impl<R: RestAngle> Energy for HingeBending<R> {
         Coupling::TWO_RINGS
     }
 
+    fn depends_on_time(&self) -> bool {
+        R::changing(&self.rest).is_some_and(|changing| changing.timed.is_some())
+    }
+
     fn prepare(&self, conditions: &Conditions<'_>, work: &mut Self::Work) {
         let (sheet, metric) = (conditions.sheet, conditions.metric);
         let (length, area) = (metric.length(), metric.weight_area());
         let Self { edge, rigidity, rest, corners, .. } = self;
         let flowed = conditions.internal(FLOWED).filter(|_| R::flows(rest));
-        let law = conditions.internal(SPONTANEOUS_CURVATURE).filter(|_| R::follows_law(rest));
-        work.law.resize(law.map_or(0, |_| edge.len()), 0.0);
-        if let Some(at) = law {
-            parallel::fill(&mut work.law, |h| {
+        let changing = R::changing(rest).and_then(|changing| changing.at(conditions));
+        work.changing.resize(changing.as_ref().map_or(0, |_| edge.len()), 0.0);
+        if let Some(at) = &changing {
+            parallel::fill(&mut work.changing, |h| {
                 let [a, b, ..] = corners[h];
                 0.5 * (at[a as usize] + at[b as usize])
             });
         }
-        let law = &work.law;
+        let added = &work.changing;
         work.hinge.resize(edge.len(), Hinge::default());
         parallel::fill(&mut work.hinge, |h| {
             let e = edge[h] as usize;
             let [first, second] = sheet.edges()[e].triangles.map(|t| area[t as usize]);
             let stiffness = rigidity.at(h) * length[e] * length[e] / (first + second);
             let mut flowed = flowed.map_or(0.0, |flowed| flowed[e]);
-            if let Some(curvature) = law.get(h) {
+            if let Some(curvature) = added.get(h) {
                 flowed += curvature * (first + second) / length[e];
             }
             Hinge { stiffness, rest: R::at(rest, h, length[e], first + second, flowed) }
@@ -367,7 +371,8 @@ impl<R: RestAngle> Energy for HingeBending<R> {
             let length = metric.length()[e];
             by(e, 2.0 / length, &pull);
             // … but for -B C₀ l̄ ψ, which knows no areas.
-            let curvature = R::spontaneous(&self.rest, h) + work.law.get(h).copied().unwrap_or(0.0);
+            let curvature =
+                R::spontaneous(&self.rest, h) + work.changing.get(h).copied().unwrap_or(0.0);
             let bent =
                 R::CURVED.then(|| self.by_spontaneous(h, curvature, &corners.map(|v| shape.x[v])));
             if let Some(bent) = &bent {
@@ -394,7 +399,7 @@ impl<R: RestAngle> Energy for HingeBending<R> {
         _: &mut Self::Work,
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
-        if !R::follows_law(&self.rest) {
+        if !R::changing(&self.rest).is_some_and(|changing| changing.law) {
             return;
         }
         let length = shape.metric.length();

@@ -224,6 +224,10 @@ impl Energy for MeyerBending {
         Coupling::TWO_RINGS
     }
 
+    fn depends_on_time(&self) -> bool {
+        self.curved.as_ref().is_some_and(|curved| curved.depends_on_time())
+    }
+
     fn prepare(&self, conditions: &Conditions<'_>, work: &mut Self::Work) {
         if let Some(curved) = &self.curved {
             curved.prepare(self, conditions, work);

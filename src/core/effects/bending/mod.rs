@@ -17,8 +17,9 @@ use serde::{Deserialize, Serialize};
 
 use super::field::{Field, named};
 use super::flow::FlowSpec;
-use super::{Effect, EffectContext, EffectError, EffectSpec, Needs, misplaced};
+use super::{Effect, EffectContext, EffectError, EffectSpec, Needs, misplaced, timed_field};
 use crate::geometry::AreaRule;
+use crate::sheet::Sheet;
 
 /// Parameters of bending in a scene.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -32,7 +33,7 @@ pub struct Bending {
     pub area: AreaRule,
     /// The shape in which it is at rest.
     pub rest: Rest,
-    /// The spontaneous curvature C₀, 1/length.
+    /// The spontaneous curvature C₀, 1/length; formulas may read the time `t`.
     pub curvature: Option<Field>,
     /// Flow of its rest angles towards the actual ones; only `model = "hinge"` has it.
     pub remodelling: Option<FlowSpec>,
@@ -102,6 +103,10 @@ impl EffectSpec for Bending {
         Needs { material: true, out_of_plane: Some("kind"), ..Needs::default() }
     }
 
+    fn breakpoints(&self, sheet: &Sheet, until: f64) -> Vec<f64> {
+        timed_field::breakpoints(&self.curvature, sheet, until)
+    }
+
     fn vertex_area(&self) -> Option<AreaRule> {
         (self.model == BendingModel::Meyer).then_some(self.area)
     }
@@ -137,6 +142,13 @@ impl EffectSpec for Bending {
         let rest = RestShape::read(&self.rest, self.curvature.as_ref(), context)?;
         if let Some(flow) = &self.remodelling {
             let rest = RestShape { flows: true, ..rest.unwrap_or_default() };
+            if rest.changing.timed.is_some() {
+                return Err(EffectError {
+                    key: "curvature",
+                    message: "rest angles that flow do not read a spontaneous curvature that depends on time".into(),
+                    help: Some("leave out remodelling, or t in the formula".into()),
+                });
+            }
             let flow = AngleRemodelling::new(flow, context, &rest)?;
             let energy = HingeBending::with_rest(sheet, material, &rest);
             return Ok(Effect { internal: vec![Box::new(flow)], ..Effect::energy(energy) });

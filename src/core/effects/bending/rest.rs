@@ -4,7 +4,7 @@
 //! rest = "flat"                  unbent in the plane (default)
 //! rest = "mesh"                  in the rest positions of the sheet
 //! rest = { state = "FILE" }      in the positions of another file of the same mesh
-//! curvature = C₀                 and spontaneously curved from there on, 1/length: a field (`field.rs`)
+//! curvature = C₀                 and spontaneously curved from there on, 1/length: a field (`timed_field.rs`)
 //! ```
 //!
 //! C₀ is that of Helfrich's `(B/2) (2H - C₀)²`, with H > 0 on a bump towards the normals (triangles are
@@ -18,13 +18,16 @@
 //!
 //! Lengths are at rest as the mesh has them, whatever the rest shape of bending is.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use super::hinge;
 use crate::Vec3;
+use crate::effects::timed_field::TimedField;
 use crate::effects::{EffectContext, EffectError, Field, Values};
+use crate::geometry::Conditions;
 use crate::kinetics::Location;
 use crate::sheet::Sheet;
 
@@ -48,10 +51,33 @@ pub struct RestShape {
     pub(super) positions: Option<Vec<Vec3>>,
     /// C₀ of all vertices, 1/length; none for 0.
     pub(super) spontaneous: Option<Vec<f64>>,
-    /// Whether the C₀ that the law gives is added.
-    pub(super) follows_law: bool,
+    /// The C₀ that is added and changes in a run.
+    pub(super) changing: Changing,
     /// Whether its angles flow.
     pub(super) flows: bool,
+}
+
+/// A spontaneous curvature that changes in a run: of the law, and by a formula of the time.
+#[derive(Debug, Clone, Default)]
+pub struct Changing {
+    pub(super) law: bool,
+    pub(super) timed: Option<TimedField>,
+}
+
+impl Changing {
+    /// Whether there is any.
+    pub(super) fn is_any(&self) -> bool {
+        self.law || self.timed.is_some()
+    }
+
+    /// Its values at the vertices; `None` if there is none.
+    pub(super) fn at<'a>(&self, conditions: &Conditions<'a>) -> Option<Cow<'a, [f64]>> {
+        let law = conditions.internal(SPONTANEOUS_CURVATURE).filter(|_| self.law);
+        let Some(timed) = &self.timed else { return law.map(Cow::Borrowed) };
+        let own = timed.at(conditions.sheet, conditions.time);
+        let of = |v: usize| own.at(v) + law.map_or(0.0, |law| law[v]);
+        Some((0..conditions.sheet.vertex_count()).map(of).collect())
+    }
 }
 
 /// What the C₀ that a law gives all vertices is called among the
@@ -62,7 +88,7 @@ impl RestShape {
     /// The same, to which the spontaneous curvature that the law gives is added.
     #[must_use]
     pub fn following_law(self) -> Self {
-        Self { follows_law: true, ..self }
+        Self { changing: Changing { law: true, ..self.changing }, ..self }
     }
 
     /// Whether there is a law that gives a spontaneous curvature.
@@ -91,14 +117,19 @@ impl RestShape {
         if let Some(x) = &positions {
             check(sheet, x, rest)?;
         }
-        let of = |field| context.values(field, Location::Vertex, "curvature");
-        let spontaneous = curvature.map(of).transpose()?.map(|values| match values {
-            Values::Same(value) => vec![value; sheet.vertex_count()],
-            Values::Each(all) => all,
-        });
-        let follows_law = Self::follows_law(context);
-        let made = Self { positions, spontaneous, follows_law, flows: false };
-        let flat = made.positions.is_none() && made.spontaneous.is_none() && !follows_law;
+        let of = |field| context.timed_field(field, Location::Vertex, "curvature");
+        let (spontaneous, timed) = match curvature.map(of).transpose()? {
+            None => (None, None),
+            Some(TimedField::Given(Values::Same(value))) => {
+                (Some(vec![value; sheet.vertex_count()]), None)
+            }
+            Some(TimedField::Given(Values::Each(all))) => (Some(all), None),
+            timed => (None, timed),
+        };
+        let changing = Changing { law: Self::follows_law(context), timed };
+        let made = Self { positions, spontaneous, changing, flows: false };
+        let flat =
+            made.positions.is_none() && made.spontaneous.is_none() && !made.changing.is_any();
         Ok((!flat).then_some(made))
     }
 
@@ -114,7 +145,7 @@ impl RestShape {
         RestAngles {
             angle: self.positions.as_ref().map(angle).unwrap_or_default(),
             spontaneous: self.spontaneous.as_ref().map(mean).unwrap_or_default(),
-            follows_law: self.follows_law,
+            changing: self.changing.clone(),
             flows: self.flows,
         }
     }
@@ -183,8 +214,8 @@ pub trait RestAngle: std::fmt::Debug + Copy + Default + Send + Sync + 'static {
     /// Whether it flows.
     fn flows(of: &Self::Of) -> bool;
 
-    /// Whether the C₀ that the law gives is added.
-    fn follows_law(of: &Self::Of) -> bool;
+    /// The C₀ that is added and changes in a run.
+    fn changing(of: &Self::Of) -> Option<&Changing>;
 
     /// C₀ at hinge `h`, 1/length.
     fn spontaneous(of: &Self::Of, h: usize) -> f64;
@@ -209,8 +240,8 @@ impl RestAngle for Flat {
         false
     }
 
-    fn follows_law((): &()) -> bool {
-        false
+    fn changing((): &()) -> Option<&Changing> {
+        None
     }
 
     fn spontaneous((): &(), _: usize) -> f64 {
@@ -234,7 +265,7 @@ pub struct RestAngles {
     angle: Vec<f64>,
     /// C₀, 1/length.
     spontaneous: Vec<f64>,
-    follows_law: bool,
+    changing: Changing,
     flows: bool,
 }
 
@@ -251,8 +282,8 @@ impl RestAngle for Curved {
         of.flows
     }
 
-    fn follows_law(of: &RestAngles) -> bool {
-        of.follows_law
+    fn changing(of: &RestAngles) -> Option<&Changing> {
+        Some(&of.changing)
     }
 
     fn spontaneous(of: &RestAngles, h: usize) -> f64 {

@@ -44,7 +44,7 @@ use super::{MeyerBending, MeyerWork, VertexDerivatives};
 use crate::Vec3;
 use crate::effects::bending::HingeBending;
 use crate::effects::bending::hinge::HingeWork;
-use crate::effects::bending::rest::{Curved, RestShape, SPONTANEOUS_CURVATURE};
+use crate::effects::bending::rest::{Changing, Curved, RestShape};
 use crate::effects::material::at_vertices;
 use crate::effects::{Elasticity, Energy, Material, Values};
 use crate::geometry::{Conditions, Shape};
@@ -63,8 +63,8 @@ pub(super) struct CurvedRest {
     shaped: Option<Shaped>,
     /// C₀ of every vertex; empty for 0.
     spontaneous: Vec<f64>,
-    /// Whether the C₀ that the law gives is added.
-    follows_law: bool,
+    /// The C₀ that is added and changes in a run.
+    changing: Changing,
     /// `1 - s` of every vertex.
     share: Values,
 }
@@ -85,8 +85,8 @@ pub(super) struct CurvedWork {
     /// 2H of the rest shape, and the same over Φ; empty if it is flat.
     reference: Vec<f64>,
     mean: Vec<f64>,
-    /// C₀ that the law gives; empty without.
-    law: Vec<f64>,
+    /// C₀ that changes in a run; empty without.
+    changing: Vec<f64>,
     pub hinge: HingeWork<Curved>,
 }
 
@@ -131,7 +131,12 @@ impl CurvedRest {
             Some(_) => vertices_share(material, sheet, share),
         };
         let spontaneous = rest.spontaneous.clone().unwrap_or_default();
-        Self { shaped, spontaneous, follows_law: rest.follows_law, share: left }
+        Self { shaped, spontaneous, changing: rest.changing.clone(), share: left }
+    }
+
+    /// Whether C₀ reads the time.
+    pub(super) fn depends_on_time(&self) -> bool {
+        self.changing.timed.is_some()
     }
 
     /// The hinges of a rest shape that is not flat.
@@ -145,10 +150,10 @@ impl CurvedRest {
         conditions: &Conditions<'_>,
         work: &mut MeyerWork,
     ) {
-        if self.follows_law {
-            let law = &mut work.curved.get_or_insert_default().law;
-            law.clear();
-            law.extend_from_slice(conditions.internal(SPONTANEOUS_CURVATURE).unwrap_or_default());
+        if self.changing.is_any() {
+            let changing = &mut work.curved.get_or_insert_default().changing;
+            changing.clear();
+            changing.extend_from_slice(&self.changing.at(conditions).unwrap_or_default());
         }
         let Some(shaped) = &self.shaped else { return };
         let &Conditions { sheet, metric, time, .. } = conditions;
@@ -212,7 +217,10 @@ impl CurvedRest {
     /// C₀ of vertex `i`.
     fn spontaneous(&self, work: &CurvedWork, i: usize) -> f64 {
         let own = self.spontaneous.get(i).copied().unwrap_or(0.0);
-        if self.follows_law { own + work.law.get(i).copied().unwrap_or(0.0) } else { own }
+        match self.changing.is_any() {
+            true => own + work.changing.get(i).copied().unwrap_or(0.0),
+            false => own,
+        }
     }
 
     /// Gathers at the shape and fills the derivatives; returns the energy of the vertices.
@@ -343,7 +351,7 @@ impl CurvedRest {
         work: &mut MeyerWork,
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
-        if !self.follows_law {
+        if !self.changing.law {
             return;
         }
         self.fill(bending, shape, work);

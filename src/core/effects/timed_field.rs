@@ -1,0 +1,132 @@
+//! Fields whose formula may read the time.
+//!
+//! ```text
+//! curvature = "0.1*sin(t - x)"       a formula of the rest position x, y, z and of the time t
+//! ```
+//!
+//! A formula without `t`, a number, regions and arrays are read once, as elsewhere (`field.rs`).
+
+use std::borrow::Cow;
+
+use super::field::centroids;
+use super::{EffectContext, EffectError, Field, Values};
+use crate::Vec3;
+use crate::kinetics::Location;
+use crate::kinetics::breakpoints::sampled;
+use crate::kinetics::formula::FieldFormula;
+use crate::num::checked::Checked;
+use crate::sheet::Sheet;
+
+/// Vertices at which a formula of position and time is sampled for breakpoints.
+const SAMPLED: usize = 16;
+
+/// A parameter at the vertices or triangles.
+#[derive(Debug, Clone)]
+pub(super) enum TimedField {
+    /// The same at all times.
+    Given(Values),
+    /// By a formula of position and, perhaps, time.
+    Formula(Box<FieldFormula>, Location),
+}
+
+impl TimedField {
+    /// That of a formula at the vertices or triangles, of any value; `key` is to blame.
+    ///
+    /// # Errors
+    /// If the text is not a formula of position and time.
+    pub(super) fn formula(
+        text: &str,
+        place: Location,
+        key: &'static str,
+    ) -> Result<Self, EffectError> {
+        let formula = FieldFormula::new(text, true);
+        let formula = formula.map_err(|e| EffectError { key, message: e.message, help: e.help })?;
+        Ok(Self::Formula(Box::new(formula), place))
+    }
+
+    /// Whether it changes in time.
+    pub(super) fn depends_on_time(&self) -> bool {
+        matches!(self, Self::Formula(formula, _) if formula.depends_on_time())
+    }
+
+    /// Its values at a time.
+    pub(super) fn at(&self, sheet: &Sheet, time: f64) -> Cow<'_, Values> {
+        match self {
+            Self::Given(values) => Cow::Borrowed(values),
+            Self::Formula(formula, Location::Vertex) => {
+                Cow::Owned(Values::Each(formula.at(sheet.rest(), time)))
+            }
+            Self::Formula(formula, _) => {
+                Cow::Owned(Values::Each(formula.at(&centroids(sheet), time)))
+            }
+        }
+    }
+}
+
+impl EffectContext<'_> {
+    /// The values of a field whose formula may read the time; `key` is to blame. Ranges of N hold for what does not.
+    ///
+    /// # Errors
+    /// As for [`Field::on`]; a formula of the time that is no number at time 0.
+    pub(super) fn timed_field<N: Checked>(
+        &self,
+        field: &Field<N>,
+        place: Location,
+        key: &'static str,
+    ) -> Result<TimedField, EffectError> {
+        if let Field::Formula(text) = field {
+            let timed = TimedField::formula(text, place, key)?;
+            if timed.depends_on_time() {
+                let start = timed.at(self.sheet, 0.0);
+                if let Values::Each(all) = &*start
+                    && let Some(i) = all.iter().position(|value| !value.is_finite())
+                {
+                    let noun = place.noun();
+                    let message = format!("it is {} at {noun} {i} at time 0", all[i]);
+                    let help = format!(
+                        "it must be a finite number at every {noun}, at all times of the run"
+                    );
+                    return Err(EffectError { key, message, help: Some(help) });
+                }
+                drop(start);
+                return Ok(timed);
+            }
+        }
+        self.values(field, place, key).map(TimedField::Given)
+    }
+}
+
+/// Times from 0 to `until` at which formulas of the time among `fields` have kinks, jumps or pulses at some of the vertices; those
+/// that read species are left to the control of errors.
+pub(super) fn breakpoints<'a>(
+    fields: impl IntoIterator<Item = &'a Field>,
+    sheet: &Sheet,
+    until: f64,
+) -> Vec<f64> {
+    let formulas = fields.into_iter().filter_map(|field| match field {
+        Field::Formula(text) => FieldFormula::new(text, true).ok(),
+        _ => None,
+    });
+    formulas.flat_map(|formula| of_formula(&formula, sheet, until)).collect()
+}
+
+fn of_formula(formula: &FieldFormula, sheet: &Sheet, until: f64) -> Vec<f64> {
+    let mut times = Vec::new();
+    if !formula.depends_on_time() {
+        return times;
+    }
+    let vertices = if formula.depends_on_position() { sheet.rest() } else { &sheet.rest()[..1] };
+    formula.breakpoints(vertices, until, &mut times);
+    let some: Vec<Vec3> =
+        vertices.iter().step_by(vertices.len().div_ceil(SAMPLED)).copied().collect();
+    let values = |times: &[f64]| {
+        let mut columns = vec![Vec::with_capacity(times.len()); some.len()];
+        for time in times {
+            let values = formula.at(&some, *time);
+            columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
+        }
+        columns.iter().flatten().all(|value| value.is_finite()).then_some(columns)
+    };
+    times.extend(sampled(until, values).unwrap_or_default());
+    times
+}
