@@ -148,8 +148,7 @@ fn on(
     let problem = problem.reading(&read);
     let mut stepper = binding::stepper(scene, &problem, &mut built, &mut notes)?;
     let model = Arc::clone(stepper.model());
-    note_mechanics(scene, &model, &mut notes)?;
-    lints::on_diffusion(&model, &mut notes);
+    note_model(scene, &model, &mut notes)?;
     stepper.state = match &of {
         None => initial_state::state(scene, &sheet, &model)?,
         Some((around, spread)) => {
@@ -259,8 +258,9 @@ fn problem<'a>(
         .solved_by(&*scene.time.integrator, &*scene.equilibrium))
 }
 
-/// Notes on what holds, loads and damps the sheet.
-fn note_mechanics(scene: &Scene, model: &Model, notes: &mut Vec<String>) -> Result<()> {
+/// Notes on what moves species, and on what holds, loads and damps the sheet.
+fn note_model(scene: &Scene, model: &Model, notes: &mut Vec<String>) -> Result<()> {
+    lints::on_diffusion(model, notes);
     let mechanics = model.mechanics();
     if mechanics.is_empty() {
         if scene.stability.as_ref().is_some_and(|s| s.watch) {

@@ -236,7 +236,7 @@ impl<N> From<N> for Field<N> {
     }
 }
 
-fn noun(place: Location) -> &'static str {
+pub(super) fn noun(place: Location) -> &'static str {
     if place == Location::Vertex { "vertex" } else { "triangle" }
 }
 

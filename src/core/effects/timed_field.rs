@@ -8,7 +8,7 @@
 
 use std::borrow::Cow;
 
-use super::field::centroids;
+use super::field::{centroids, noun};
 use super::{EffectContext, EffectError, Field, Values};
 use crate::Vec3;
 use crate::kinetics::Location;
@@ -81,7 +81,7 @@ impl EffectContext<'_> {
                 if let Values::Each(all) = &*start
                     && let Some(i) = all.iter().position(|value| !value.is_finite())
                 {
-                    let noun = place.noun();
+                    let noun = noun(place);
                     let message = format!("it is {} at {noun} {i} at time 0", all[i]);
                     let help = format!(
                         "it must be a finite number at every {noun}, at all times of the run"
