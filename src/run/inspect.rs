@@ -255,7 +255,8 @@ fn concentrations(chemistry: &Chemistry, at: &mut Evaluation<'_>) -> Result<Map<
     let mut out: Vec<&mut [f64]> = reaction.iter_mut().map(Vec::as_mut_slice).collect();
     chemistry.reaction(&c, &columns, &mut out)?;
     for (term, operator) in chemistry.transports().iter().zip(at.surface().operators()) {
-        term.add_rate(model.sheet(), operator, c[term.by()], &mut diffusion[term.species()]);
+        let out = &mut diffusion[term.species()];
+        chemistry.add_transport(model.sheet(), (term, operator), &c, out)?;
     }
     let factor = json!(chemistry.point_length_factor(&state.species)?);
     let mut all = Map::new();

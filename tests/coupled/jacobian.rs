@@ -9,6 +9,7 @@ use rumple::effects::{
     StretchingWeight, StvkStretching, TransportTerm,
 };
 use rumple::geometry::{AreaRule, VertexArea};
+use rumple::kinetics::formula::SpeciesFormula;
 use rumple::kinetics::{
     Batch, Capabilities, Descriptor, Feedback, Kinetics, Location, Outcome, Signal, SignalRead,
     Species,
@@ -472,7 +473,14 @@ fn the_jacobian_is_exact_for_species_on_vertices() {
         for rest in [false, true] {
             let cotan =
                 |species, d| TransportTerm::new(Cotan::new(&sheet, species, d, measure, rest));
-            let transport = vec![cotan(0, 0.7), cotan(1, 2.0)];
+            let mut transport = vec![cotan(0, 0.7), cotan(1, 2.0)];
+            if measure == Measure::Concentration {
+                let by_species = |text| SpeciesFormula::new(text, &["a", "b"]).unwrap();
+                transport.push(cotan(0, 1.0).with_coefficient(by_species("1 + a^2 + 0.3*sin(b)")));
+                let crossed = Cotan::new(&sheet, 1, 0.5, measure, rest).by(0);
+                let crossed = TransportTerm::new(crossed);
+                transport.push(crossed.with_coefficient(by_species("x + a*b")));
+            }
             let stretching = bond(StretchingWeight::OptimalArea);
             let model = model(&sheet, Location::Vertex, stretching, transport, measure);
             let error = deviation(&model, &state(&sheet, Location::Vertex));

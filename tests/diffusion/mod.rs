@@ -1,6 +1,7 @@
 //! Diffusion on flat and curved sheets against known decay rates and conservation laws.
 
 mod along;
+mod by_species;
 mod cotan;
 mod green_gauss;
 mod ill_posed;

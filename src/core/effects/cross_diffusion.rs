@@ -9,15 +9,19 @@
 //! boundary. It does not keep u ≥ 0, and the problem is ill-posed where the matrix D of all coefficients has an eigenvalue with a
 //! negative real part, which is refused (`model/chemistry/ill_posed.rs`).
 //!
-//! Reference: Vanag & Epstein, Phys. Chem. Chem. Phys. 11 (2009) 897, doi:10.1039/b813825g. Not covered: coefficients that
-//! depend on species.
+//! A coefficient that reads species gives ∂u/∂t = … + ∇·(D_uv ∇v) (`species_coefficient.rs`): `-χ u` is chemotaxis up the gradient of v
+//! (Keller & Segel, J. Theor. Biol. 26 (1970) 399, doi:10.1016/0022-5193(70)90092-5).
+//!
+//! Reference: Vanag & Epstein, Phys. Chem. Chem. Phys. 11 (2009) 897, doi:10.1039/b813825g.
+
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use super::cotan::Cotan;
-use super::{Effect, EffectContext, EffectError, EffectSpec, Needs};
+use super::field::named;
+use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Needs, TransportTerm, Values};
 use crate::kinetics::Location;
-use crate::num::checked::Finite;
 
 /// Parameters of cross-diffusion in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -27,8 +31,8 @@ pub struct CrossDiffusion {
     pub species: String,
     /// Along the gradient of which one.
     pub by: String,
-    /// Coefficient D_uv.
-    pub coefficient: Finite,
+    /// Coefficient D_uv; a formula may read species.
+    pub coefficient: Field,
 }
 
 #[typetag::serialize(name = "cross-diffusion")]
@@ -39,6 +43,14 @@ impl EffectSpec for CrossDiffusion {
 
     fn needs(&self) -> Needs {
         Needs { species: true, ..Needs::default() }
+    }
+
+    fn files(&self) -> Vec<(&'static str, &Path)> {
+        named([("coefficient.file", self.coefficient.file())])
+    }
+
+    fn resolve_paths_against(&mut self, folder: &Path) {
+        self.coefficient.resolve_path_against(folder);
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
@@ -66,8 +78,14 @@ impl EffectSpec for CrossDiffusion {
             );
         }
         let (sheet, measure) = (context.sheet, context.measure);
-        let scheme = Cotan::new(sheet, species, self.coefficient.get(), measure, false);
-        Ok(Effect::transport(scheme.by(by)))
+        let of = |coefficient: Values| {
+            TransportTerm::new(Cotan::new(sheet, species, coefficient, measure, false).by(by))
+        };
+        let formula = context.coefficient_of_species(&self.coefficient, location)?;
+        Ok(Effect::transport_term(match formula {
+            Some(formula) => of(Values::Same(1.0)).with_coefficient(formula),
+            None => of(context.values(&self.coefficient, Location::Face, "coefficient")?),
+        }))
     }
 }
 

@@ -25,6 +25,8 @@
 //! the total, and no mean is chosen: across a step of D along edges the flux is continuous, as with the harmonic mean; along
 //! it the flows add up, as with the arithmetic one.
 //!
+//! **Coefficients that read species** (`species_coefficient.rs`) are taken at the vertices, with the mean over the ends of an edge.
+//!
 //! **Along fibres and across them** D may be two numbers, or fields of the rest position (`along_fibres.rs`).
 //!
 //! `scheme = "green-gauss"` (species on faces): the paper's, see [`GreenGauss`](super::GreenGauss).
@@ -42,8 +44,12 @@ use super::along_fibres::AlongFibres;
 use super::cotan::Cotan;
 use super::field::named;
 use super::green_gauss::GreenGauss;
-use super::{Effect, EffectContext, EffectError, EffectSpec, Fibre, Field, Measure, Needs, Values};
+use super::{
+    Effect, EffectContext, EffectError, EffectSpec, Fibre, Field, Measure, Needs, TransportTerm,
+    Values,
+};
 use crate::kinetics::Location;
+use crate::kinetics::formula::SpeciesFormula;
 use crate::num::checked::NonNegative;
 
 /// Parameters of diffusion in a scene.
@@ -133,6 +139,11 @@ impl EffectSpec for Diffusion {
                 "coefficient = D in length²/time; a law written as text has no default, and 0 can be given",
             );
         }
+        if let Some(field) = &self.coefficient
+            && let Some(formula) = context.coefficient_of_species(field, location)?
+        {
+            return Ok(self.by_species(context, species, formula));
+        }
         let given = self.coefficient.as_ref();
         let given = given.map(|field| context.values(field, Location::Face, "coefficient"));
         let coefficient = given.transpose()?.unwrap_or(Values::Same(usual));
@@ -205,6 +216,18 @@ impl Diffusion {
                 "as in fibre = [1, 0, 0], along = 2.0, across = 0.5",
             ),
         }
+    }
+
+    /// The cotangent scheme with a coefficient that reads species.
+    fn by_species(
+        &self,
+        context: &EffectContext<'_>,
+        species: usize,
+        formula: SpeciesFormula,
+    ) -> Effect {
+        let (measure, rest) = (context.measure, self.metric == DiffusionMetric::Rest);
+        let scheme = Cotan::new(context.sheet, species, 1.0, measure, rest);
+        Effect::transport_term(TransportTerm::new(scheme).with_coefficient(formula))
     }
 
     /// The cotangent scheme with fibres.

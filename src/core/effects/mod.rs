@@ -37,6 +37,7 @@ mod ramp;
 mod region;
 mod remodelling;
 mod spec;
+mod species_coefficient;
 mod stretching;
 mod timed_field;
 mod transport;
@@ -78,6 +79,7 @@ pub use remodelling::{LengthRemodelling, Remodelling};
 pub use spec::{
     Effect, EffectContext, EffectError, EffectSpec, Measure, Needs, Pins, ReadSurface, kinds,
 };
+pub use species_coefficient::WrongCoefficient;
 pub use stretching::{
     BondStretching, Stretching, StretchingModel, StretchingModulus, StretchingWeight,
     StvkStretching,

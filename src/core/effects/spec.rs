@@ -277,6 +277,12 @@ impl Effect {
     /// With a transport.
     #[must_use]
     pub fn transport(transport: impl Transport) -> Self {
-        Self { transports: vec![TransportTerm::new(transport)], ..Self::default() }
+        Self::transport_term(TransportTerm::new(transport))
+    }
+
+    /// An effect that is one transport, perhaps with a coefficient that reads species.
+    #[must_use]
+    pub fn transport_term(term: TransportTerm) -> Self {
+        Self { transports: vec![term], ..Self::default() }
     }
 }

@@ -4,6 +4,7 @@ use std::any::Any;
 
 use super::Values;
 use crate::Vec3;
+use crate::kinetics::formula::SpeciesFormula;
 use crate::sheet::Sheet;
 
 /// Transport of one species c by another one or itself: `dc/dt = … + L b + s`, with the matrix L and the sources s of
@@ -81,7 +82,11 @@ pub trait Transport: Send + Sync + 'static {
 }
 
 /// A transport of any type, as a model holds it.
-pub struct TransportTerm(Box<dyn AnyTransport>);
+pub struct TransportTerm {
+    transport: Box<dyn AnyTransport>,
+    /// A factor at the points that reads species (`species_coefficient.rs`).
+    pub(super) coefficient: Option<SpeciesFormula>,
+}
 
 impl std::fmt::Debug for TransportTerm {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -93,15 +98,21 @@ impl TransportTerm {
     /// Holds `transport`.
     #[must_use]
     pub fn new(transport: impl Transport) -> Self {
-        Self(Box::new(Boxed(transport)))
+        Self { transport: Box::new(Boxed(transport)), coefficient: None }
     }
 
     /// On the shape `x`.
     #[must_use]
     pub fn at(&self, sheet: &Sheet, x: &[Vec3]) -> Operator {
-        let mut operator = self.0.operator();
-        self.0.assemble(sheet, x, &mut operator);
+        let mut operator = self.operator();
+        self.assemble(sheet, x, &mut operator);
         operator
+    }
+
+    /// As [`Transport::diffusivity`]; `None` of a coefficient that reads species.
+    #[must_use]
+    pub fn diffusivity(&self) -> Option<Values> {
+        self.transport.diffusivity().filter(|_| self.coefficient.is_none())
     }
 }
 
@@ -109,7 +120,7 @@ impl std::ops::Deref for TransportTerm {
     type Target = dyn AnyTransport;
 
     fn deref(&self) -> &Self::Target {
-        self.0.as_ref()
+        self.transport.as_ref()
     }
 }
 

@@ -9,7 +9,7 @@
 
 use std::borrow::Cow;
 
-use super::{EffectContext, EffectError, Field, Values};
+use super::{EffectContext, EffectError, Field, Measure, Values};
 use crate::geometry::Conditions;
 use crate::kinetics::Location;
 use crate::kinetics::formula::SpeciesFormula;
@@ -77,18 +77,65 @@ impl EffectContext<'_> {
         field: &Field<N>,
         key: &'static str,
     ) -> Result<VertexField, EffectError> {
-        if let Field::Formula(text) = field {
-            let species = self.kinetics.map_or(&[][..], |(law, _)| &law.species);
-            let species: Vec<&str> = species.iter().map(|s| s.name.as_str()).collect();
-            let formula = SpeciesFormula::new(text, &species).map_err(|e| EffectError {
-                key,
-                message: e.message,
-                help: e.help,
-            })?;
-            if !formula.species().is_empty() || formula.depends_on_time() {
-                return Ok(VertexField::Formula(Box::new(formula)));
-            }
+        match self.species_formula(field, key)? {
+            Some(formula) => Ok(VertexField::Formula(Box::new(formula))),
+            None => self.values(field, Location::Vertex, key).map(VertexField::Given),
         }
-        self.values(field, Location::Vertex, key).map(VertexField::Given)
+    }
+
+    /// The formula of a field that reads species or the time; `key` is to blame.
+    ///
+    /// # Errors
+    /// A formula with a name that is neither position, time nor a species.
+    pub(super) fn species_formula<N>(
+        &self,
+        field: &Field<N>,
+        key: &'static str,
+    ) -> Result<Option<SpeciesFormula>, EffectError> {
+        let Field::Formula(text) = field else { return Ok(None) };
+        let species = self.kinetics.map_or(&[][..], |(law, _)| &law.species);
+        let species: Vec<&str> = species.iter().map(|s| s.name.as_str()).collect();
+        let formula = SpeciesFormula::new(text, &species).map_err(|e| EffectError {
+            key,
+            message: e.message,
+            help: e.help,
+        })?;
+        let reads = !formula.species().is_empty() || formula.depends_on_time();
+        Ok(reads.then_some(formula))
+    }
+
+    /// The formula of a coefficient at the vertices that reads species; `None` of one that is constant in time.
+    ///
+    /// # Errors
+    /// As for [`EffectContext::species_formula`]; a coefficient that reads the time, or of amounts, or of species on faces.
+    pub(super) fn coefficient_of_species<N>(
+        &self,
+        field: &Field<N>,
+        location: Location,
+    ) -> Result<Option<SpeciesFormula>, EffectError> {
+        let key = "coefficient";
+        let Some(formula) = self.species_formula(field, key)? else { return Ok(None) };
+        let refuse = |message: &str, help: &str| {
+            Err(EffectError { key, message: message.into(), help: Some(help.into()) })
+        };
+        if formula.depends_on_time() {
+            return refuse(
+                "a coefficient of diffusion does not read the time",
+                "a formula of x, y, z (rest position) and species",
+            );
+        }
+        if location != Location::Vertex {
+            return refuse(
+                "a coefficient that reads species is for species on vertices",
+                "use kinetics.location = \"vertex\"",
+            );
+        }
+        if self.measure == Measure::Amount {
+            return refuse(
+                "a coefficient that reads species is for concentrations",
+                "use kinetics.measure = \"concentration\"",
+            );
+        }
+        Ok(Some(formula))
     }
 }

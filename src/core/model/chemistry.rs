@@ -16,7 +16,7 @@ use super::mechanics::numbered;
 use super::parameters::{ParameterFields, column};
 use super::signals::Signals;
 use super::unreliable_results::Flagged;
-use crate::effects::{Direction, Held, Measure, TransportTerm};
+use crate::effects::{Direction, Held, Measure, Operator, TransportTerm};
 use crate::kinetics::{
     Batch, Column, Descriptor, Feedback, Kinetics, KineticsError, Location, Signal, field,
 };
@@ -391,7 +391,11 @@ impl Chemistry {
         ModelError::agreed(sheet.reduction(), reaction)?;
         for (k, (term, operator)) in self.transports.iter().zip(surface.operators()).enumerate() {
             let _scope = self.transport_scope(k, transport::RATE);
-            term.add_rate(sheet, operator, c[term.by()], r[term.species()]);
+            let added = self.add_transport(sheet, (term, operator), &c, r[term.species()]);
+            match term.read_by_coefficient() {
+                [] => added?,
+                _ => ModelError::agreed(sheet.reduction(), added)?,
+            }
         }
         for (s, (c, rates)) in c.iter().zip(&mut r).enumerate() {
             self.held.set_rates(s, c, rates);
@@ -424,17 +428,36 @@ impl Chemistry {
             };
             reaction = reaction.max(parallel::max(count, row));
         }
-        let mut bounds = [reaction, self.transport_bound(surface)];
+        let mut bounds = [reaction, self.transport_bound(sheet, surface, species)];
         sheet.reduction().max_over_ranks(&mut bounds);
         Ok(bounds)
     }
 
+    /// Adds the rate of one transport to `out`.
+    ///
+    /// # Errors
+    /// If its coefficient reads species and is none that diffusion has.
+    pub fn add_transport(
+        &self,
+        sheet: &Sheet,
+        (term, operator): (&TransportTerm, &Operator),
+        species: &[&[f64]],
+        out: &mut [f64],
+    ) -> Result<(), ModelError> {
+        term.add_rate_of(sheet, operator, species, out).map_err(|wrong| ModelError::Coefficient {
+            species: self.descriptor().species[term.species()].name.clone(),
+            location: self.location,
+            point: wrong.point,
+            value: wrong.value,
+        })
+    }
+
     /// A bound on the spectral radius of all transports together, 1/time: the largest sum of those of one species.
     #[must_use]
-    pub fn transport_bound(&self, surface: &Surface) -> f64 {
+    pub fn transport_bound(&self, sheet: &Sheet, surface: &Surface, species: &[&[f64]]) -> f64 {
         let mut sums: Few<f64> = SmallVec::from_elem(0.0, self.descriptor().species.len());
         for (term, operator) in self.transports.iter().zip(surface.operators()) {
-            sums[term.species()] += term.spectral_bound(operator);
+            sums[term.species()] += term.bound(sheet, operator, species);
         }
         sums.into_iter().fold(0.0, f64::max)
     }

@@ -61,6 +61,21 @@ pub enum ModelError {
         /// The time.
         time: f64,
     },
+    /// A diffusion coefficient by a formula of species that is negative or not finite.
+    #[error(
+        "the diffusion coefficient of `{species}` becomes {} at {} {point}; it must be a number ≥ 0",
+        Short(*value), location.noun()
+    )]
+    Coefficient {
+        /// The species that diffuses.
+        species: String,
+        /// Where species live.
+        location: Location,
+        /// Number of the point.
+        point: usize,
+        /// The coefficient.
+        value: f64,
+    },
     /// Another rank has no value; that is its error.
     #[error("another rank has failed")]
     Elsewhere {
@@ -113,7 +128,10 @@ impl ModelError {
     pub fn is_recoverable(&self) -> bool {
         match self {
             Self::Kinetics(error) => error.is_recoverable(),
-            Self::Sheet(_) | Self::OutOfRange { .. } | Self::Internal { .. } => true,
+            Self::Sheet(_)
+            | Self::OutOfRange { .. }
+            | Self::Internal { .. }
+            | Self::Coefficient { .. } => true,
             Self::Elsewhere { recoverable } => *recoverable,
             Self::Coupling { .. } | Self::Growth { .. } | Self::Linear(_) => false,
         }

@@ -206,7 +206,9 @@ impl Problem<'_> {
             self.check_prescribed(number, &all.mechanics.prescribed, &effect.prescribed)?;
             check_held(number, &all.held, &effect.held)?;
             check_internal(number, &all.internal, &effect.internal)?;
-            let crosses = effect.transports.iter().any(|t| t.by() != t.species());
+            let crosses = effect.transports.iter().any(|t| {
+                t.by() != t.species() || t.read_by_coefficient().iter().any(|s| *s != t.species())
+            });
             all.crossing = all.crossing.or(crosses.then_some(number));
             all.add(effect);
         }

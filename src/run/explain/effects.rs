@@ -1,7 +1,7 @@
 //! Unknowns, effects, laws and signals.
 
 use super::{Line, listed, place, verb};
-use crate::effects::{Coupling, EnergyTerm, Internal};
+use crate::effects::{Coupling, EnergyTerm, Internal, TransportTerm};
 use crate::kinetics::Descriptor;
 use crate::model::{Chemistry, Model};
 use crate::run::Simulation;
@@ -150,7 +150,10 @@ struct Remaining<'a> {
     terms: Box<dyn Iterator<Item = (&'a EnergyTerm, &'a str)> + 'a>,
     constraints: Box<dyn Iterator<Item = &'a str> + 'a>,
     transports: Box<dyn Iterator<Item = &'a str> + 'a>,
+    /// The species that the coefficients of transports read.
+    coefficients: Box<dyn Iterator<Item = &'a [usize]> + 'a>,
     internal: std::slice::Iter<'a, Box<dyn Internal>>,
+    law: Option<&'a Descriptor>,
 }
 
 impl<'a> Remaining<'a> {
@@ -162,13 +165,21 @@ impl<'a> Remaining<'a> {
             terms: Box::new(mechanics.terms().iter().zip(mechanics.names())),
             constraints: Box::new(mechanics.constraint_names()),
             transports: Box::new(transports),
+            coefficients: Box::new(
+                model
+                    .chemistry()
+                    .into_iter()
+                    .flat_map(Chemistry::transports)
+                    .map(TransportTerm::read_by_coefficient),
+            ),
+            law: model.chemistry().map(Chemistry::descriptor),
             internal: model.internal().iter(),
         }
     }
 
     /// Describes what the next effect brought.
     fn take(&mut self, brought: &Brought) -> Vec<String> {
-        let law = self.model.chemistry().map(Chemistry::descriptor);
+        let law = self.law;
         let energies = self.terms.by_ref().take(brought.energies);
         let mut parts: Vec<String> = energies.map(|(term, name)| energy(term, name, law)).collect();
         if brought.pins[0] > 0 {
@@ -196,7 +207,14 @@ impl<'a> Remaining<'a> {
             } else {
                 "once, as the shape stays"
             };
-            parts.push(format!("transport `{name}`: a sparse operator, made {when}"));
+            let species = self.law.map_or(&[][..], |law| &law.species);
+            let read = self.coefficients.next().unwrap_or_default();
+            let read: Vec<&str> = read.iter().map(|s| species[*s].name.as_str()).collect();
+            let reads = match read.is_empty() {
+                true => String::new(),
+                false => format!("; its coefficient reads {}", listed(&read)),
+            };
+            parts.push(format!("transport `{name}`: a sparse operator, made {when}{reads}"));
         }
         if brought.held > 0 {
             parts.push(format!(

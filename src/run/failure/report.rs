@@ -136,8 +136,9 @@ fn species_terms(text: &mut String, simulation: &mut Simulation, blame: &Blame) 
     {
         let s = term.species();
         let mut rate = vec![0.0; species[s].len()];
-        term.add_rate(model.sheet(), operator, species[term.by()], &mut rate);
-        terms.push((s, name, rate.get(point).copied().unwrap_or(f64::NAN)));
+        let added = term.add_rate_of(model.sheet(), operator, &species, &mut rate);
+        let rate = rate.get(point).copied().filter(|_| added.is_ok());
+        terms.push((s, name, rate.unwrap_or(f64::NAN)));
     }
     let noun = if chemistry.location() == Location::Face { "triangle" } else { "vertex" };
     let _ = writeln!(text, "## Species at {noun} {point}, the last good state\n");

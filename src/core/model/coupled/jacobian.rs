@@ -299,11 +299,12 @@ fn others(
     let Some((chemistry, partials)) = &at.chemistry else { return };
     let (inputs, held) = (chemistry.descriptor().inputs(), chemistry.held());
     let sheet = model.sheet();
+    let species: Vec<&[f64]> = at.state.species.iter().map(Vec::as_slice).collect();
     let transports = chemistry.transports().iter().zip(at.surface.operators());
     for (k, (transport, operator)) in transports.enumerate() {
-        let (s, by) = (transport.species(), transport.by());
+        let s = transport.species();
         let scope = chemistry.transport_scope(k, MATRIX);
-        transport.entries(sheet, operator, &mut |i, j, value| {
+        transport.derivatives(sheet, operator, &species, &mut |i, by, j, value| {
             if held.holds(s, i) {
                 return;
             }
@@ -312,12 +313,18 @@ fn others(
         drop(scope);
         if layout.mechanical() > 0 {
             let _scope = chemistry.transport_scope(k, DERIVATIVES);
-            let (x, c) = (&at.state.x, &at.state.species[by]);
-            transport.shape_derivatives(sheet, operator, x, c, &mut |i, vertex, by| {
-                if !held.holds(s, i) {
-                    add_vector(layout, entries, layout.concentration(s, i), vertex, by);
-                }
-            });
+            let x = &at.state.x;
+            transport.derivatives_by_positions(
+                sheet,
+                operator,
+                x,
+                &species,
+                &mut |i, vertex, by| {
+                    if !held.holds(s, i) {
+                        add_vector(layout, entries, layout.concentration(s, i), vertex, by);
+                    }
+                },
+            );
         }
     }
     if layout.mechanical() > 0
