@@ -12,7 +12,7 @@ use rumple::effects::{
 use rumple::kinetics::Feedback;
 use rumple::kinetics::formula::{FormulaKinetics, Law};
 use rumple::model::{Policy, State};
-use rumple::num::checked::{Finite, NonNegative, Positive};
+use rumple::num::checked::{Finite, Positive};
 use rumple::reduction::Communicator;
 use rumple::sheet::{Lattice, Part, Shape, Sheet, generate};
 use rumple::solve::equilibrium::{LbfgsSpec, Preconditioner};
@@ -127,7 +127,7 @@ fn problem(sheet: Sheet, method: &str, policy: Policy) -> Problem<'static> {
             displacement: None,
             ramp: None,
         })
-        .effect(Diffusion::of("c", Some(NonNegative::new(0.5).unwrap().into())))
+        .effect(Diffusion::of("c", Some(Field::Formula("0.4 + 0.1*c".into()))))
         .law(law)
         .policy(policy)
         .integrator(StaggeredSpec { rtol: TIGHT, atol: TIGHT, ..StaggeredSpec::default() });
