@@ -381,8 +381,7 @@ fn the_time_of_a_state_is_that_of_its_frame_or_the_one_asked_for() {
             let all: Value = serde_json::from_str(&inspect(more)).unwrap();
             (all["time"].as_f64().unwrap(), all["energy"]["load"].as_f64().unwrap())
         };
-        let [own, later] =
-            [&["--json", "-"][..], &["--json", "-", "--time", "3"]].map(|args| energy(args));
+        let [own, later] = [&["--json", "-"][..], &["--json", "-", "--time", "3"]].map(energy);
         assert_eq!([own.0, later.0], [0.02, 3.0]);
         assert!((later.1 / own.1 - 150.0).abs() < 1e-6, "{own:?} {later:?}");
     }

@@ -47,7 +47,7 @@ use crate::solve::{EquilibriumSpec, IntegratorSpec, Workspace};
 use crate::stepper::{Breakpoints, Stepper};
 use crate::tally::Tally;
 pub use error::{Part, ProblemError};
-use setup::{Bound, check_diffusion};
+use setup::Bound;
 
 /// A law on a sheet.
 #[derive(Clone)]
@@ -301,6 +301,21 @@ impl<'a> Problem<'a> {
         state.internal = model.initial_internal();
         Ok((model, state, area))
     }
+}
+
+/// Refuses coefficients of diffusion, the same everywhere, with which short waves grow without bound; `number` is the first effect
+/// with cross-diffusion.
+fn check_diffusion(
+    chemistry: Option<&Chemistry>,
+    number: Option<usize>,
+) -> Result<(), ProblemError> {
+    let Some(number) = number else { return Ok(()) };
+    let found = chemistry.and_then(Chemistry::ill_posed).filter(|found| found.triangle.is_none());
+    let Some(found) = found else { return Ok(()) };
+    let help = "eigenvalues need real parts from 0 on; of two species u and v: D_u D_v from D_uv D_vu on, with kind = \"diffusion\" \
+        for each";
+    let part = Part::Effect(number, "coefficient".into());
+    Err(ProblemError::new(part, found.to_string(), Some(help)))
 }
 
 /// Rest areas of the triangles.

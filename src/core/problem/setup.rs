@@ -330,21 +330,6 @@ impl Problem<'_> {
     }
 }
 
-/// Refuses coefficients of diffusion, the same everywhere, with which short waves grow without bound; `number` is the first effect
-/// with cross-diffusion.
-pub(super) fn check_diffusion(
-    chemistry: Option<&Chemistry>,
-    number: Option<usize>,
-) -> Result<(), ProblemError> {
-    let Some(number) = number else { return Ok(()) };
-    let found = chemistry.and_then(Chemistry::ill_posed).filter(|found| found.triangle.is_none());
-    let Some(found) = found else { return Ok(()) };
-    let help = "eigenvalues need real parts from 0 on; of two species u and v: D_u D_v from D_uv D_vu on, with kind = \"diffusion\" \
-        for each";
-    let part = Part::Effect(number, "coefficient".into());
-    Err(ProblemError::new(part, found.to_string(), Some(help)))
-}
-
 /// Refuses values held by effect number `number` that contradict those of an `earlier` one.
 fn check_held(number: usize, earlier: &[Held], new: &[Held]) -> Result<(), ProblemError> {
     for new in new {
