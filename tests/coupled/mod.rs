@@ -1,5 +1,6 @@
 //! The coupled system: its residual, its Jacobian, and the ways to integrate it.
 
+mod branches;
 mod chemistry;
 mod curvature;
 mod folds;
