@@ -51,6 +51,8 @@ pub enum Mark {
     Triangle,
     /// A square.
     Square,
+    /// A square on its corner.
+    Diamond,
 }
 
 impl Mark {
@@ -59,6 +61,7 @@ impl Mark {
         match self {
             Self::Triangle => vec![(0, -8), (7, 5), (-7, 5)],
             Self::Square => vec![(-5, -5), (5, -5), (5, 5), (-5, 5)],
+            Self::Diamond => vec![(0, -8), (8, 0), (0, 8), (-8, 0)],
         }
     }
 }

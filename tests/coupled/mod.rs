@@ -1,7 +1,9 @@
 //! The coupled system: its residual, its Jacobian, and the ways to integrate it.
 
+mod branches;
 mod chemistry;
 mod curvature;
+mod floating;
 mod folds;
 mod hazards;
 mod jacobian;

@@ -4,12 +4,18 @@ use super::record::Row;
 use crate::output::plot::{Curve, Figure, Mark, Panel};
 
 /// Names of the legend; the last one is drawn as a guide, dashed.
-const NAMES: [&str; 4] =
-    ["stable (solid)", "fold", "bifurcation", "unstable (dashed): some disturbances grow"];
+const NAMES: [&str; 5] = [
+    "stable (solid)",
+    "fold",
+    "bifurcation",
+    "singularity",
+    "unstable (dashed): some disturbances grow",
+];
 const STABLE: usize = 0;
 const FOLD: usize = 1;
 const BIFURCATION: usize = 2;
-const UNSTABLE: usize = 3;
+const SINGULARITY: usize = 3;
+const UNSTABLE: usize = 4;
 
 /// The diagram of `rows`; `key` is the title of the parameter, `measure` the title of a measure with its column.
 pub(super) fn figure(rows: &[Row], key: &str, (measure, column): (&str, usize)) -> Figure {
@@ -31,7 +37,7 @@ pub(super) fn figure(rows: &[Row], key: &str, (measure, column): (&str, usize)) 
     Figure {
         names: shown.iter().map(|name| NAMES[*name].to_owned()).collect(),
         guides: 1,
-        marks: [(FOLD, Mark::Triangle), (BIFURCATION, Mark::Square)]
+        marks: [(FOLD, Mark::Triangle), (BIFURCATION, Mark::Square), (SINGULARITY, Mark::Diamond)]
             .into_iter()
             .filter_map(|(name, mark)| Some((shown.iter().position(|n| *n == name)?, mark)))
             .collect(),
@@ -71,12 +77,13 @@ fn lines(rows: &[Row], value: impl Fn(&Row) -> f64) -> Vec<Curve> {
     curves
 }
 
-/// Folds and bifurcations.
+/// Folds, bifurcations and singularities.
 fn marks(rows: &[Row], value: impl Fn(&Row) -> f64) -> Vec<Curve> {
     let mark = |row: &Row| {
         let name = match row.event {
             super::record::FOLD => FOLD,
             super::record::BIFURCATION => BIFURCATION,
+            super::record::SINGULARITY => SINGULARITY,
             _ => return None,
         };
         Some(Curve { name, points: vec![(row.parameter, value(row))] })

@@ -15,11 +15,12 @@ use crate::run::fields::titled;
 use crate::run::stability::UNIT;
 use crate::run::{Fields, Result};
 use crate::scene::OutputSpec;
-use crate::solve::continuation::{CriticalMode, Event, Point, Unknowns};
+use crate::solve::continuation::{Block, CriticalMode, Event, Point, Unknowns};
 
 /// Words of the column of events.
 pub(super) const FOLD: &str = "fold";
 pub(super) const BIFURCATION: &str = "bifurcation";
+pub(super) const SINGULARITY: &str = "singularity";
 
 /// A point in the table.
 #[derive(Debug, Clone)]
@@ -31,6 +32,7 @@ pub(super) struct Row {
     /// Those of the table, in its order.
     pub(super) measures: Vec<f64>,
     pub(super) event: &'static str,
+    kind: &'static str,
     /// What of the row stands before the measures.
     text: String,
     /// What of it stands behind them, before the event.
@@ -42,7 +44,25 @@ pub(super) struct Row {
 impl Row {
     /// Whether an eigenvalue is 0 there.
     pub(super) fn is_special(&self) -> bool {
-        [FOLD, BIFURCATION].contains(&self.event)
+        [FOLD, BIFURCATION, SINGULARITY].contains(&self.event)
+    }
+}
+
+/// Modes of an event.
+fn modes_of(event: &Event) -> &[CriticalMode] {
+    match event {
+        Event::Bifurcation(modes) | Event::Singularity(modes) => modes,
+        _ => &[],
+    }
+}
+
+/// What is singular at an event with modes.
+fn kind(event: &Event) -> &'static str {
+    match modes_of(event) {
+        [] => "",
+        [mode, ..] if mode.frequency != 0.0 => "oscillation",
+        [mode, ..] if mode.block == Block::Shape => "shape",
+        _ => "coupled",
     }
 }
 
@@ -53,6 +73,7 @@ fn word(event: &Event) -> &'static str {
         Event::Start => "start",
         Event::Fold => FOLD,
         Event::Bifurcation(_) => BIFURCATION,
+        Event::Singularity(_) => SINGULARITY,
         Event::Passed(_) => "passed",
         Event::End => "end",
     }
@@ -72,6 +93,8 @@ pub(super) struct Record<'a> {
     family: SceneFamily,
     /// Titles of the species.
     species: Vec<String>,
+    /// Whether disturbances of the shape at given species are counted beside others.
+    of_shape: bool,
     pub(super) rows: Vec<Row>,
 }
 
@@ -97,6 +120,7 @@ impl<'a> Record<'a> {
         let titles = model.chemistry().map(|chemistry| {
             chemistry.descriptor().species.iter().map(|s| titled(&s.name, &s.unit)).collect()
         });
+        let of_shape = titles.is_some() && model.moves() && model.storage().mechanics == 0.0;
         let species = (0..start.species.len()).map(Measure::Species);
         let measures = Measure::ALL.into_iter().filter(has).chain(species).collect();
         let (compression, key) = (output.compression, request.along.clone());
@@ -113,6 +137,7 @@ impl<'a> Record<'a> {
             directions,
             family,
             species: titles.unwrap_or_default(),
+            of_shape,
             rows,
         }
     }
@@ -144,11 +169,14 @@ impl<'a> Record<'a> {
                 row.at = Unknowns::default();
             }
         }
-        let event = word(&point.event);
+        let (event, kind) = (word(&point.event), kind(&point.event));
         let mut text = format!("{},{branch}", self.rows.len());
         let numbers = [point.arc, point.parameter, point.energy];
         numbers.iter().for_each(|value| text += &format!(",{value:e}"));
         text += &format!(",{}", point.negative);
+        if self.of_shape {
+            text += &format!(",{}", point.negative_of_shape);
+        }
         let of = |measure: &Measure| measure.of(sheet, &point.at, &self.directions);
         let measures = self.measures.iter().map(of).collect();
         let behind = format!(",{},{:e}", point.iterations, point.residual);
@@ -161,6 +189,7 @@ impl<'a> Record<'a> {
             negative,
             measures,
             event,
+            kind,
             text,
             behind,
             at,
@@ -189,9 +218,8 @@ impl<'a> Record<'a> {
         let negative = crate::num::real(point.negative);
         frame.field_data.push(("negative eigenvalues".to_owned(), negative));
         self.series.push(&frame)?;
-        if let Event::Bifurcation(modes) = &point.event
-            && !modes.is_empty()
-        {
+        let modes = modes_of(&point.event);
+        if !modes.is_empty() {
             let folder = self.directory.modes();
             std::fs::create_dir_all(&folder).map_err(OutputError::write(&folder))?;
             add_modes(&mut frame, &model, modes);
@@ -212,17 +240,18 @@ impl<'a> Record<'a> {
         let measures: String =
             self.measures.iter().map(|m| format!(",{}", self.title(*m))).collect();
         let key = &self.key;
+        let of_shape = if self.of_shape { ",negative eigenvalues of the shape" } else { "" };
         let head = format!(
-            "point,branch,arc length,{key},energy [energy],negative eigenvalues{measures},iterations,\
-             force residual,event\n"
+            "point,branch,arc length,{key},energy [energy],negative eigenvalues{of_shape}{measures},iterations,\
+             force residual,event,kind\n"
         );
         let path = self.directory.branch();
         atomic::replace(&path, |writer| {
             writer.write_all(head.as_bytes())?;
             self.rows.iter().try_for_each(|row| {
-                let Row { text, measures, behind, event, .. } = row;
+                let Row { text, measures, behind, event, kind, .. } = row;
                 let measures: String = measures.iter().map(|value| format!(",{value:e}")).collect();
-                writer.write_all(format!("{text}{measures}{behind},{event}\n").as_bytes())
+                writer.write_all(format!("{text}{measures}{behind},{event},{kind}\n").as_bytes())
             })
         })?;
         Ok(())
@@ -266,12 +295,12 @@ impl<'a> Record<'a> {
 /// Adds critical modes to a frame: vectors of the shape where that moves, and changes of the species.
 fn add_modes(frame: &mut Frame<'_>, model: &Model, modes: &[CriticalMode]) {
     let chemistry = model.chemistry();
-    let unit = if chemistry.is_some() { "1/time" } else { UNIT };
     for (k, mode) in modes.iter().enumerate() {
+        let unit = if mode.block == Block::Coupled { "1/time" } else { UNIT };
         let name = format!("mode_{}", k + 1);
         frame.field_data.push((format!("eigenvalue of {name} [{unit}]"), mode.eigenvalue));
         if chemistry.is_some() {
-            frame.field_data.push((format!("frequency of {name} [{unit}]"), mode.frequency));
+            frame.field_data.push((format!("frequency of {name} [1/time]"), mode.frequency));
         }
         if model.moves() {
             frame.point.push(Field::vector(name.clone(), &mode.shape.x));

@@ -159,6 +159,15 @@ fn in_words(event: &Event) -> Option<String> {
             [] | [_] => "bifurcation".to_owned(),
             several => format!("bifurcation along {} modes", several.len()),
         },
+        Event::Singularity(modes) => {
+            let modes = match modes.len() {
+                ..=1 => "a mode".to_owned(),
+                several => format!("{several} modes"),
+            };
+            format!(
+                "stability of the shape at given species changes along {modes}, without another branch (singularity-induced bifurcation),"
+            )
+        }
         Event::Passed(count) => format!(
             "sign change of {count} eigenvalues, not located (try a shorter --longest-step), in the step that ends"
         ),

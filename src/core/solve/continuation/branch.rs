@@ -1,10 +1,10 @@
 //! A branch that is being followed: its steps, its end, and the way to another one.
 
+use super::bifurcations::LOCATED;
 use super::corrector::{Condition, Corrected, Corrector};
 use super::metric::Metric;
-use super::special::LOCATED;
 use super::system::{Equilibrium, System};
-use super::{Direction, Event, Point, Settings, Unknowns};
+use super::{Direction, Event, Point, Settings, Unknowns, Unstable};
 use crate::num::real;
 use crate::solve::{Control, SolveError};
 
@@ -53,11 +53,9 @@ impl<S: System> Continuation<S> {
         }
         let tangent = tangent(&mut corrector, &mut at, &along, &settings)?;
         let (step, ended) = (settings.first_step, false);
-        let point = Point::of(&at, 0.0, 0);
-        let mut made = Self { point, corrector, settings, tangent, step, ended };
-        made.point.negative = made.corrector.system.unstable(&mut at)?;
-        made.point.event = Event::Start;
-        Ok(made)
+        let unstable = corrector.system.unstable(&mut at)?;
+        let point = Point { event: Event::Start, ..Point::of(&at, 0.0, unstable) };
+        Ok(Self { point, corrector, settings, tangent, step, ended })
     }
 
     /// Where it is.
@@ -139,8 +137,8 @@ impl<S: System> Continuation<S> {
             match self.correct_from(guess, &self.tangent.clone(), self.step)? {
                 Corrected::Found(mut at) => {
                     let tangent = self.tangent_at(&mut at)?;
-                    let negative = self.corrector.system.unstable(&mut at)?;
-                    return self.arrive(*at, (tangent, negative), Vec::new());
+                    let unstable = self.corrector.system.unstable(&mut at)?;
+                    return self.arrive(*at, (tangent, unstable), Vec::new());
                 }
                 Corrected::Lost(why) => reason = why.or(reason),
             }
@@ -178,9 +176,13 @@ impl<S: System> Continuation<S> {
         if turned < TURN && divisible {
             return Ok(None);
         }
-        let negative = self.corrector.system.unstable(&mut at)?;
+        // Pivots of an indefinite matrix may vanish at one point and not at the next.
+        let unstable = match self.corrector.system.unstable(&mut at) {
+            Err(SolveError::Linear(_)) if divisible => return Ok(None),
+            counted => counted?,
+        };
         let fold = self.tangent.parameter * tangent.parameter < 0.0;
-        let changed = negative.abs_diff(self.point.negative);
+        let changed = unstable.distance(self.point.unstable());
         // A fold turns one eigenvalue; other changes are bifurcations.
         if fold && changed != 1 && divisible {
             return Ok(None);
@@ -189,9 +191,11 @@ impl<S: System> Continuation<S> {
         if passed > LOCATED && 0.5 * self.step >= APART * self.settings.longest_step {
             return Ok(None);
         }
-        let events = self.special(&mut at, (&tangent, negative), fold)?;
-        let located = events.iter().any(|point| matches!(point.event, Event::Bifurcation(_)));
-        let mut points = self.arrive(at, (tangent, negative), events)?;
+        let events = self.special(&mut at, (&tangent, unstable), fold)?;
+        let is_change =
+            |event: &Event| matches!(event, Event::Bifurcation(_) | Event::Singularity(_));
+        let located = events.iter().any(|point| is_change(&point.event));
+        let mut points = self.arrive(at, (tangent, unstable), events)?;
         if passed > 0
             && !located
             && let Some(last) = points.last_mut().filter(|last| last.event == Event::None)
@@ -201,20 +205,20 @@ impl<S: System> Continuation<S> {
         Ok(Some(points))
     }
 
-    /// Goes to `at`, with that tangent and so many negative eigenvalues, after the special points `before`.
+    /// Goes to `at`, with that tangent and so many growing disturbances, after the special points `before`.
     fn arrive(
         &mut self,
         at: Equilibrium<S::Member>,
-        (tangent, negative): (Direction, usize),
+        (tangent, unstable): (Direction, Unstable),
         mut before: Vec<Point>,
     ) -> Result<Vec<Point>, S::Error> {
         let range = self.settings.range.clone();
         if !range.contains(&at.parameter) {
             let end = if at.parameter > *range.end() { *range.end() } else { *range.start() };
             if let Some(mut last) = self.at_parameter(&at, end)? {
-                let negative = self.corrector.system.unstable(&mut last)?;
+                let unstable = self.corrector.system.unstable(&mut last)?;
                 let arc = self.point.arc + self.distance(&last);
-                self.point = Point { event: Event::End, ..Point::of(&last, arc, negative) };
+                self.point = Point { event: Event::End, ..Point::of(&last, arc, unstable) };
                 before.retain(|point| range.contains(&point.parameter) && point.arc <= arc);
                 self.ended = true;
                 before.push(self.point.clone());
@@ -223,7 +227,7 @@ impl<S: System> Continuation<S> {
         }
         let arc = self.point.arc + self.distance(&at);
         self.ended = !range.contains(&at.parameter);
-        self.point = Point::of(&at, arc, negative);
+        self.point = Point::of(&at, arc, unstable);
         self.tangent = tangent;
         let factor = GROWTH.powf((ITERATIONS - real(at.iterations)) / 2.0).clamp(0.5, GROWTH);
         self.step = (self.step * factor).min(self.settings.longest_step);
@@ -261,10 +265,27 @@ impl<S: System> Continuation<S> {
 
 impl Point {
     /// Of an equilibrium.
-    pub(super) fn of<M>(found: &Equilibrium<M>, arc: f64, negative: usize) -> Self {
+    pub(super) fn of<M>(found: &Equilibrium<M>, arc: f64, unstable: Unstable) -> Self {
         let Equilibrium { parameter, energy, residual, iterations, .. } = *found;
         let (at, event) = (found.at.clone(), Event::None);
-        Self { arc, parameter, at, energy, residual, negative, iterations, event }
+        let (negative, negative_of_shape) = (unstable.total(), unstable.shape);
+        Self {
+            arc,
+            parameter,
+            at,
+            energy,
+            residual,
+            negative,
+            negative_of_shape,
+            iterations,
+            event,
+        }
+    }
+
+    /// How many disturbances grow.
+    pub(super) fn unstable(&self) -> Unstable {
+        let shape = self.negative_of_shape;
+        Unstable { shape, coupled: self.negative.saturating_sub(shape) }
     }
 }
 

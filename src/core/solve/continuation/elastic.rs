@@ -3,7 +3,9 @@
 use super::bordered::Bordered;
 use super::metric::Metric;
 use super::system::{Equilibrium, System};
-use super::{Continuation, CriticalMode, Direction, Family, Settings, Unknowns, check};
+use super::{
+    Block, Continuation, CriticalMode, Direction, Family, Settings, Unknowns, Unstable, check,
+};
 use crate::Vec3;
 use crate::model::Potential;
 use crate::solve::stability::Stability;
@@ -82,22 +84,30 @@ impl<F: Family> System for Elastic<F> {
         Ok(Direction { unknowns: Unknowns { x, species: Vec::new() }, parameter })
     }
 
-    fn unstable(&mut self, at: &mut Equilibrium<Potential>) -> Result<usize, SolveError> {
-        Ok(self.stability.inertia(&mut at.member, &at.at.x)?.negative)
+    fn unstable(&mut self, at: &mut Equilibrium<Potential>) -> Result<Unstable, SolveError> {
+        let shape = self.stability.inertia(&mut at.member, &at.at.x)?.negative;
+        Ok(Unstable { shape, coupled: 0 })
     }
 
     fn modes(
         &mut self,
         at: &mut Equilibrium<Potential>,
+        block: Block,
         count: usize,
     ) -> Result<Vec<CriticalMode>, SolveError> {
+        if block != Block::Shape {
+            return Ok(Vec::new());
+        }
         let modes = self.stability.spectrum(&mut at.member, &at.at.x, count)?.modes;
-        let of = |mode: crate::solve::stability::Mode| CriticalMode {
-            eigenvalue: mode.eigenvalue,
-            frequency: 0.0,
-            shape: Unknowns { x: mode.shape, species: Vec::new() },
-        };
-        Ok(modes.into_iter().map(of).collect())
+        Ok(modes.into_iter().map(|mode| CriticalMode::of_shape(mode, Vec::new())).collect())
+    }
+
+    fn test(
+        &mut self,
+        _: &mut Equilibrium<Potential>,
+        _: &CriticalMode,
+    ) -> Result<Option<(f64, Unknowns)>, SolveError> {
+        Ok(None)
     }
 
     fn allows(&self, at: &Equilibrium<Potential>, next: &Unknowns) -> bool {

@@ -26,6 +26,7 @@
 //! doi:10.1137/1.9780898719154; Seydel, Practical Bifurcation and Stability Analysis (2010), chapters 4 and 5,
 //! doi:10.1007/978-1-4419-1740-9.
 
+mod bifurcations;
 mod bordered;
 mod branch;
 mod corrector;
@@ -45,6 +46,7 @@ pub use self::reacting::{Reacting, ReactingFamily, imbalance};
 pub use self::system::{Equilibrium, System};
 pub use self::unknowns::{Direction, Unknowns};
 use super::SolveError;
+use super::stability::Mode;
 use crate::effects::EnergyTerm;
 use crate::model::{Mechanics, Potential};
 
@@ -116,23 +118,81 @@ pub enum Event {
     Fold,
     /// Other branches pass, along these modes: those whose eigenvalues change their sign here.
     Bifurcation(Vec<CriticalMode>),
+    /// The shape at given species gains or loses stability along these modes, and the Jacobian of shape and species is
+    /// regular: no other branch passes. A growth rate of the quasi-static system goes through infinity here.
+    Singularity(Vec<CriticalMode>),
     /// So many eigenvalues changed their sign in the step to this point; where was not located.
     Passed(usize),
     /// The branch leaves the range of λ.
     End,
 }
 
+/// Which derivative of the imbalance a critical mode makes singular.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Block {
+    /// H = ∂²U/∂x², the shape at given species: disturbances are of the shape alone. Without species, or where the policy
+    /// gives the shape no storage.
+    Shape,
+    /// The Jacobian of shape and species; the shape follows the species where it has no storage.
+    Coupled,
+}
+
+impl Block {
+    /// Both.
+    pub(super) const ALL: [Self; 2] = [Self::Shape, Self::Coupled];
+}
+
+/// How many disturbances of an equilibrium grow.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Unstable {
+    /// Those of [`Block::Shape`].
+    pub shape: usize,
+    /// Those of [`Block::Coupled`].
+    pub coupled: usize,
+}
+
+impl Unstable {
+    /// All of them: 0 where the equilibrium is stable.
+    #[must_use]
+    pub fn total(self) -> usize {
+        self.shape + self.coupled
+    }
+
+    /// Those of `block`.
+    pub(super) fn of(self, block: Block) -> usize {
+        match block {
+            Block::Shape => self.shape,
+            Block::Coupled => self.coupled,
+        }
+    }
+
+    /// How many are more or fewer than in `other`.
+    pub(super) fn distance(self, other: Self) -> usize {
+        self.shape.abs_diff(other.shape) + self.coupled.abs_diff(other.coupled)
+    }
+}
+
 /// A direction in which a disturbance of an equilibrium grows, or would beyond a bifurcation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CriticalMode {
-    /// Below 0 where the disturbance grows: of mechanics the eigenvalue of H, force/length³; with species minus the rate of
-    /// growth, 1/time.
+    /// What is singular where the eigenvalue is 0.
+    pub block: Block,
+    /// Below 0 where the disturbance grows: of [`Block::Shape`] the eigenvalue of H, force/length³; of [`Block::Coupled`] minus
+    /// the rate of growth, 1/time.
     pub eigenvalue: f64,
     /// Angular frequency at which the disturbance oscillates, 1/time; 0 at a bifurcation of steady states.
     pub frequency: f64,
     /// The disturbance: the largest displacement has length 1, or the largest change of a species in units of its typical
     /// magnitude where no shape moves.
     pub shape: Unknowns,
+}
+
+impl CriticalMode {
+    /// Of the shape alone, with these changes of the species.
+    fn of_shape(mode: Mode, species: Vec<Vec<f64>>) -> Self {
+        let shape = Unknowns { x: mode.shape, species };
+        Self { block: Block::Shape, eigenvalue: mode.eigenvalue, frequency: 0.0, shape }
+    }
 }
 
 /// An equilibrium on a branch.
@@ -148,9 +208,11 @@ pub struct Point {
     pub energy: f64,
     /// Largest force left, in units of the force scale.
     pub residual: f64,
-    /// Eigenvalues below 0, of H or of [`CriticalMode::eigenvalue`]: 0 where the equilibrium is stable. With species of those
-    /// that are nearest to 0 ([`Reacting`]).
+    /// Eigenvalues below 0 ([`CriticalMode::eigenvalue`]) of both blocks: 0 where the equilibrium is stable. With species of
+    /// those that are nearest to 0 ([`Reacting`]).
     pub negative: usize,
+    /// Of them those of [`Block::Shape`].
+    pub negative_of_shape: usize,
     /// Iterations of the corrector.
     pub iterations: usize,
     /// What is special about it.

@@ -13,11 +13,13 @@
 //!
 //! At a located fold J has lost some five digits of its last pivot, which the refinement brings back.
 //!
-//! Rigid motions that no pin hinders are held at the vertices of `Layout`. Laws that keep a total have a family
+//! Rigid motions that no pin hinders are held at the vertices of `Layout`, where they carry no force. Solutions are those
+//! without a part along them, as on branches of mechanics (`equilibrium/gauge.rs`). Laws that keep a total have a family
 //! of steady states at every λ: J is singular along the whole branch, and none is followed.
 //!
 //! Stability is that of `B du/dt = -g` with the storage B of the policy: eigenvalues μ of `J v = μ B v`, of which those
-//! nearest to 0 are known (`spectrum.rs`).
+//! nearest to 0 are known (`spectrum.rs`), and where the shape has no storage the negative ones of ∂²U/∂x², all of them
+//! (`stability`, `bifurcations.rs`).
 //!
 //! Reference: Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria (SIAM 2000), section 3.6,
 //! doi:10.1137/1.9780898719543.
@@ -27,10 +29,12 @@ use std::sync::Arc;
 use super::metric::Metric;
 use super::spectrum;
 use super::system::{Equilibrium, System};
-use super::{Continuation, CriticalMode, Direction, Settings, Unknowns, check};
+use super::{Block, Continuation, CriticalMode, Direction, Settings, Unknowns, Unstable, check};
 use crate::Vec3;
 use crate::linear::{Factor, LinearChoice, Pattern, ShiftedJacobian, dot};
-use crate::model::{Coupled, Layout, Memory, Model, State};
+use crate::model::{Coupled, Layout, Memory, Model, Potential, State};
+use crate::solve::equilibrium::Gauge;
+use crate::solve::stability::Stability;
 use crate::solve::{Control, SolveError};
 use crate::tally::Tally;
 
@@ -59,6 +63,10 @@ pub struct Reacting<F: ReactingFamily> {
     pub family: F,
     factor: Option<(Arc<Pattern>, Factor)>,
     coupled: Option<Coupled>,
+    /// Of the last shape that a correction or a tangent began at.
+    gauge: Gauge,
+    /// Of the shape at given species, where the policy gives it no storage.
+    stability: Option<Stability>,
     control: Control,
     tally: Tally,
 }
@@ -89,8 +97,17 @@ impl<F: ReactingFamily> Continuation<Reacting<F>> {
             .unwrap_or_default();
         let points = start.species.first().map_or(0, Vec::len);
         let metric = Metric::new(model.sheet(), settings.scales(), (&typical, points));
-        let (control_here, tally) = (control.clone(), model.tally().clone());
-        let system = Reacting { family, factor: None, coupled: None, control: control_here, tally };
+        let follows = model.moves() && model.storage().mechanics == 0.0;
+        let stability = follows.then(|| Stability::new(model.mechanics())).transpose()?;
+        let system = Reacting {
+            family,
+            factor: None,
+            coupled: None,
+            gauge: Gauge::default(),
+            stability: stability.map(|stability| stability.with_control(control)),
+            control: control.clone(),
+            tally: model.tally().clone(),
+        };
         Self::begin((system, metric), (start, parameter), forward, settings, control)
     }
 }
@@ -143,10 +160,8 @@ impl<F: ReactingFamily> Reacting<F> {
         count: usize,
     ) -> Result<Vec<CriticalMode>, SolveError> {
         self.factorise(at, f64::INFINITY)?;
-        let Self { factor: Some((_, factor)), coupled: Some(coupled), tally, control, .. } = self
-        else {
-            return Ok(Vec::new());
-        };
+        let Self { factor, coupled, gauge, tally, control, .. } = self;
+        let (Some((_, factor)), Some(coupled)) = (factor, coupled) else { return Ok(Vec::new()) };
         let storage = spectrum::storage(coupled, &at.member.model);
         let mut solve = |x: &mut [f64]| {
             control.check()?;
@@ -156,10 +171,26 @@ impl<F: ReactingFamily> Reacting<F> {
         let layout = coupled.layout();
         let mode = |pair: spectrum::Pair| {
             let mut shape = unflat(layout, &pair.vector, &at.at);
+            gauge.project(&mut shape.x);
             spectrum::normalise(&mut shape, &at.member.model);
-            CriticalMode { eigenvalue: pair.eigenvalue, frequency: pair.frequency, shape }
+            let spectrum::Pair { eigenvalue, frequency, .. } = pair;
+            CriticalMode { block: Block::Coupled, eigenvalue, frequency, shape }
         };
         Ok(found.into_iter().map(mode).collect())
+    }
+
+    /// What `ask` says of the stability of the shape at given species; none where the shape has storage.
+    fn of_shape<T>(
+        &mut self,
+        at: &Equilibrium<Member>,
+        ask: impl Fn(&mut Stability, &mut Potential) -> Result<T, SolveError>,
+    ) -> Result<Option<T>, SolveError> {
+        let Some(stability) = &mut self.stability else { return Ok(None) };
+        let Member { model, time } = &at.member;
+        let state = state(model, *time, &at.at);
+        let mut memory = Memory::default();
+        let mut evaluation = model.at(&state, &mut memory);
+        Ok(Some(ask(stability, evaluation.potential()?)?))
     }
 }
 
@@ -181,10 +212,16 @@ impl<F: ReactingFamily> System for Reacting<F> {
     fn factorise(
         &mut self,
         equilibrium: &mut Equilibrium<Member>,
-        _tolerance: f64,
+        tolerance: f64,
     ) -> Result<(), SolveError> {
         let Member { model, time } = &equilibrium.member;
         let state = state(model, *time, &equilibrium.at);
+        if model.moves() && tolerance.is_finite() {
+            let (mut memory, x) = (Memory::default(), &equilibrium.at.x);
+            let mut evaluation = model.at(&state, &mut memory);
+            let gradient = &equilibrium.imbalance.x;
+            self.gauge = Gauge::new(evaluation.potential()?, x, gradient, tolerance);
+        }
         let mut coupled = Coupled::at_rest(model);
         coupled.start(&state);
         let y = coupled.pack(&state);
@@ -211,7 +248,9 @@ impl<F: ReactingFamily> System for Reacting<F> {
         let Some(layout) = self.coupled.as_ref().map(|coupled| Arc::clone(coupled.layout())) else {
             return Err(SolveError::NotFinite);
         };
-        let [b, row, f_flat] = [column, &form.unknowns, f].map(|part| flat(&layout, part));
+        let mut form_of_shape = form.unknowns.clone();
+        self.gauge.project(&mut form_of_shape.x);
+        let [b, row, f_flat] = [column, &form_of_shape, f].map(|part| flat(&layout, part));
         let d = form.parameter;
         let mut v = b.clone();
         self.solve(&mut v)?;
@@ -235,22 +274,69 @@ impl<F: ReactingFamily> System for Reacting<F> {
             }
             y += more;
         }
-        Ok(Direction { unknowns: unflat(&layout, &x, f), parameter: y })
+        let mut unknowns = unflat(&layout, &x, f);
+        self.gauge.project(&mut unknowns.x);
+        Ok(Direction { unknowns, parameter: y })
     }
 
-    fn unstable(&mut self, at: &mut Equilibrium<Member>) -> Result<usize, SolveError> {
+    fn unstable(&mut self, at: &mut Equilibrium<Member>) -> Result<Unstable, SolveError> {
+        let shape =
+            self.of_shape(at, |of, potential| Ok(of.inertia(potential, &at.at.x)?.negative))?;
         let modes = self.nearest(at, spectrum::NEAREST)?;
-        Ok(modes.iter().filter(|mode| mode.eigenvalue < 0.0).count())
+        let coupled = modes.iter().filter(|mode| mode.eigenvalue < 0.0).count();
+        Ok(Unstable { shape: shape.unwrap_or(0), coupled })
     }
 
     fn modes(
         &mut self,
         at: &mut Equilibrium<Member>,
+        block: Block,
         count: usize,
     ) -> Result<Vec<CriticalMode>, SolveError> {
+        if block == Block::Shape {
+            let modes = |of: &mut Stability, potential: &mut Potential| {
+                Ok(of.spectrum(potential, &at.at.x, count)?.modes)
+            };
+            let found = self.of_shape(at, modes)?.unwrap_or_default();
+            let of = |mode| CriticalMode::of_shape(mode, at.at.zeros_like().species);
+            return Ok(found.into_iter().map(of).collect());
+        }
         let mut modes = self.nearest(at, spectrum::NEAREST)?;
         modes.truncate(count);
         Ok(modes)
+    }
+
+    fn test(
+        &mut self,
+        at: &mut Equilibrium<Member>,
+        mode: &CriticalMode,
+    ) -> Result<Option<(f64, Unknowns)>, SolveError> {
+        self.factorise(at, f64::INFINITY)?;
+        let Some(coupled) = &self.coupled else { return Ok(None) };
+        let layout = Arc::clone(coupled.layout());
+        let form = match (mode.block, &self.stability) {
+            (Block::Coupled, _) => {
+                let storage = spectrum::storage(coupled, &at.member.model);
+                let shape = flat(&layout, &mode.shape);
+                shape.iter().zip(storage).map(|(v, b)| b * v).collect()
+            }
+            (Block::Shape, Some(stability)) => {
+                // A mode has no part along rigid motions: no force acts where these are held.
+                let mut force = at.at.zeros_like();
+                for ((f, v), mass) in force.x.iter_mut().zip(&mode.shape.x).zip(stability.mass()) {
+                    *f = *mass * v;
+                }
+                flat(&layout, &force)
+            }
+            (Block::Shape, None) => return Ok(None),
+        };
+        let mut null = form.clone();
+        self.solve(&mut null)?;
+        let value = 1.0 / dot(&form, &null);
+        let mut null = unflat(&layout, &null, &at.at);
+        self.gauge.project(&mut null.x);
+        spectrum::normalise(&mut null, &at.member.model);
+        Ok(Some((value, null)))
     }
 
     fn allows(&self, at: &Equilibrium<Member>, next: &Unknowns) -> bool {

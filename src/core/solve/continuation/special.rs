@@ -1,24 +1,17 @@
-//! Special points between two points of a branch: folds and bifurcations.
+//! Special points between two points of a branch: folds, and what `bifurcations.rs` finds.
 //!
-//! Along the chord `s = ⟨t₀, u - u₀⟩` of one step the branch is a function of s. A fold is the zero of λ̇(s), a bifurcation
-//! that of the eigenvalue μ_k(s) of `H v = μ M v` that changes sign. Both by regula falsi with the Illinois weights
-//! (Dowell & Jarratt, BIT 11 (1971) 168, doi:10.1007/BF01934364); guesses are those of the cubic between the two ends.
+//! Along the chord `s = ⟨t₀, u - u₀⟩` of one step the branch is a function of s. A fold is the zero of λ̇(s), by regula falsi
+//! with the Illinois weights (Dowell & Jarratt, BIT 11 (1971) 168, doi:10.1007/BF01934364); guesses are those of the cubic
+//! between the two ends.
 
 use super::corrector::Corrected;
 use super::system::{Equilibrium, System};
-use super::{Continuation, CriticalMode, Direction, Event, Point, SolveError, Unknowns};
+use super::{Continuation, Direction, Event, Point, SolveError, Unknowns, Unstable};
 
 /// |λ̇| in units of Λ below which a point is the fold: the error of λ there is of the order of its square.
 const FLAT: f64 = 1e-5;
-/// An eigenvalue below this share of its change over the step is 0: that is the error of λ in units of the step.
-const ZERO: f64 = 1e-5;
 /// Most points tried for one zero.
 const MOST: usize = 30;
-/// Bifurcations nearer to one another than this share of a step are one.
-const SAME: f64 = 1e-3;
-/// Most bifurcations that are located one by one in one step; more are one, at the place of the first. Each costs some
-/// ten spectra.
-pub(super) const LOCATED: usize = 2;
 
 /// One step: from the point of a branch to an equilibrium.
 pub(super) struct Step<'a> {
@@ -26,31 +19,32 @@ pub(super) struct Step<'a> {
     parameter: f64,
     tangent: &'a Direction,
     /// Length of the chord.
-    length: f64,
-    negative: usize,
+    pub(super) length: f64,
+    pub(super) unstable: Unstable,
 }
 
 impl<S: System> Continuation<S> {
-    /// The special points before `at`, where the tangent is `tangent` and there are so many `negative` eigenvalues, in
-    /// their order; one of them a fold where λ turns back.
+    /// The special points before `at`, where the tangent is `tangent` and so many disturbances grow, in their order; one of
+    /// them a fold where λ turns back.
     pub(super) fn special(
         &mut self,
         at: &mut Equilibrium<S::Member>,
-        (tangent, negative): (&Direction, usize),
+        (tangent, unstable): (&Direction, Unstable),
         fold: bool,
     ) -> Result<Vec<Point>, S::Error> {
-        if !fold && negative == self.point.negative {
+        let changed = unstable.distance(self.point.unstable());
+        if !fold && changed == 0 {
             return Ok(Vec::new());
         }
         let length = self.chord(at);
         let (end, parameter) = (at.at.clone(), at.parameter);
-        let step = Step { at: &end, parameter, tangent, length, negative };
+        let step = Step { at: &end, parameter, tangent, length, unstable };
         let mut found = Vec::new();
         if fold {
             found.extend(self.fold(&step)?);
         }
         // The eigenvalue that the fold turns has changed its sign with λ̇.
-        if negative.abs_diff(self.point.negative) != usize::from(fold) {
+        if changed != usize::from(fold) {
             found.extend(self.bifurcations(&step, at)?);
         }
         found.sort_by(|a, b| a.arc.total_cmp(&b.arc));
@@ -65,7 +59,7 @@ impl<S: System> Continuation<S> {
     }
 
     /// The equilibrium at `s` of `step`.
-    fn between(
+    pub(super) fn between(
         &mut self,
         step: &Step<'_>,
         s: f64,
@@ -91,14 +85,18 @@ impl<S: System> Continuation<S> {
     }
 
     /// The point of `at`, with its event.
-    fn special_point(
+    pub(super) fn special_point(
         &mut self,
         at: &mut Equilibrium<S::Member>,
         event: Event,
     ) -> Result<Point, SolveError> {
-        let negative = self.corrector.system.unstable(at)?;
+        // An eigenvalue is 0 here, of either sign: where it cannot be counted the number before is as true.
+        let unstable = match self.corrector.system.unstable(at) {
+            Err(SolveError::Linear(_)) => self.point.unstable(),
+            counted => counted?,
+        };
         let arc = self.point.arc + self.distance(at);
-        Ok(Point { event, ..Point::of(at, arc, negative) })
+        Ok(Point { event, ..Point::of(at, arc, unstable) })
     }
 
     fn fold(&mut self, step: &Step<'_>) -> Result<Option<Point>, S::Error> {
@@ -110,75 +108,19 @@ impl<S: System> Continuation<S> {
             Ok::<_, S::Error>(Some((slope, at)))
         };
         let found = zero(step.length, ends, FLAT, &mut evaluate)?;
-        let found = found.map(|mut at| self.special_point(&mut at, Event::Fold));
+        let found = found.map(|(_, mut at)| self.special_point(&mut at, Event::Fold));
         Ok(found.transpose()?)
-    }
-
-    /// The lowest `count` eigenvalues at `at`, with their modes; none if they are not found.
-    fn modes(
-        &mut self,
-        at: &mut Equilibrium<S::Member>,
-        count: usize,
-    ) -> Result<Vec<CriticalMode>, SolveError> {
-        match self.corrector.system.modes(at, count) {
-            Err(SolveError::Interrupted) => Err(SolveError::Interrupted),
-            found => Ok(found.unwrap_or_default()),
-        }
-    }
-
-    /// The bifurcations of `step`, which leads to `last`: those that the fold in it is not.
-    fn bifurcations(
-        &mut self,
-        step: &Step<'_>,
-        last: &mut Equilibrium<S::Member>,
-    ) -> Result<Vec<Point>, S::Error> {
-        let before = self.point.negative;
-        let (low, high) = (before.min(step.negative), before.max(step.negative));
-        // The numbers of those that are located, and for each the numbers of the modes of its point.
-        let together = low..high;
-        let located = match high - low {
-            ..=LOCATED => together.clone().map(|k| (k, k..k + 1)).collect(),
-            _ if before == low => vec![(low, together)],
-            _ => vec![(high - 1, together)],
-        };
-        let Some(mut first) = self.between(step, 0.0)? else { return Ok(Vec::new()) };
-        let ends = [self.modes(&mut first, high)?, self.modes(last, high)?];
-        let mut all: Vec<Point> = Vec::new();
-        for (number, own) in located {
-            let [Some(from), Some(to)] = [0, 1].map(|k: usize| ends[k].get(number)) else {
-                continue;
-            };
-            let unit = (from.eigenvalue - to.eigenvalue).abs();
-            let values = [from.eigenvalue / unit, to.eigenvalue / unit];
-            let mut evaluate = |s: f64| {
-                let Some(mut at) = self.between(step, s)? else { return Ok(None) };
-                let modes = self.modes(&mut at, own.end)?;
-                let value = modes.get(number).map(|mode| mode.eigenvalue / unit);
-                Ok::<_, S::Error>(value.map(|value| (value, (at, modes))))
-            };
-            let found = zero(step.length, values, ZERO, &mut evaluate)?;
-            let Some((mut at, modes)) = found else { continue };
-            let modes: Vec<CriticalMode> =
-                modes.into_iter().take(own.end).skip(own.start).collect();
-            let point = self.special_point(&mut at, Event::Bifurcation(modes.clone()))?;
-            let same = |other: &&mut Point| (other.arc - point.arc).abs() <= SAME * step.length;
-            match all.iter_mut().find(same) {
-                Some(Point { event: Event::Bifurcation(others), .. }) => others.extend(modes),
-                _ => all.push(point),
-            }
-        }
-        Ok(all)
     }
 }
 
 /// The zero of a function of s between 0 and `length` with the values `ends` there, to the value `tolerance`: what was
-/// evaluated nearest to it. None where nothing could be evaluated.
-fn zero<T, E>(
+/// evaluated nearest to it, with its value. None where nothing could be evaluated.
+pub(super) fn zero<T, E>(
     length: f64,
     ends: [f64; 2],
     tolerance: f64,
     evaluate: &mut dyn FnMut(f64) -> Result<Option<(f64, T)>, E>,
-) -> Result<Option<T>, E> {
+) -> Result<Option<(f64, T)>, E> {
     let (mut a, mut b) = ((0.0, ends[0]), (length, ends[1]));
     let mut best: Option<(f64, T)> = None;
     for _ in 0..MOST {
@@ -198,7 +140,7 @@ fn zero<T, E>(
         }
         b = (s, value);
     }
-    Ok(best.map(|(_, what)| what))
+    Ok(best)
 }
 
 #[cfg(test)]
@@ -209,7 +151,7 @@ mod tests {
     fn a_zero_is_found_to_its_tolerance() {
         let f = |s: f64| s * s * s - 0.2;
         let mut evaluate = |s: f64| Ok::<_, ()>(Some((f(s), s)));
-        let found = zero(2.0, [f(0.0), f(2.0)], 1e-9, &mut evaluate).unwrap().unwrap();
+        let (_, found) = zero(2.0, [f(0.0), f(2.0)], 1e-9, &mut evaluate).unwrap().unwrap();
         assert!((found - 0.2f64.cbrt()).abs() < 1e-8, "{found}");
     }
 }

@@ -6,7 +6,8 @@
 //! ```
 //!
 //! By Rayleigh and Ritz in a block Krylov space, whose blocks are wide enough for the multiple eigenvalues of symmetric
-//! shapes. Eigenvalues far from 0, as of fast oscillations, are not seen: a count of unstable ones is that among the nearest.
+//! shapes. Products are those of the rows with storage: the others follow, and may be large where their block is nearly
+//! singular. Eigenvalues far from 0, as of fast oscillations, are not seen: a count of unstable ones is that among the nearest.
 //!
 //! Reference: Saad, Numerical Methods for Large Eigenvalue Problems (SIAM 2011), chapter 6, doi:10.1137/1.9781611970739.
 
@@ -51,7 +52,8 @@ pub(super) fn nearest(
         v.iter_mut().zip(storage).for_each(|(v, b)| *v *= b);
         solve(v)
     };
-    let found = largest_eigenvalues(storage.len(), &mut apply, count)?;
+    let stored: Vec<bool> = storage.iter().map(|b| *b != 0.0).collect();
+    let found = largest_eigenvalues(&stored, &mut apply, count)?;
     let mut pairs: Vec<Pair> = found
         .into_iter()
         .map(|(theta, vector)| {

@@ -1,6 +1,6 @@
 //! What branches are followed of: g(u, λ) = 0, with the linear algebra that belongs to it.
 
-use super::{CriticalMode, Direction, Unknowns};
+use super::{Block, CriticalMode, Direction, Unknowns, Unstable};
 use crate::solve::SolveError;
 use crate::tally::Tally;
 
@@ -63,18 +63,31 @@ pub trait System {
     ///
     /// # Errors
     /// If it cannot be counted.
-    fn unstable(&mut self, at: &mut Equilibrium<Self::Member>) -> Result<usize, SolveError>;
+    fn unstable(&mut self, at: &mut Equilibrium<Self::Member>) -> Result<Unstable, SolveError>;
 
-    /// The lowest `count` eigenvalues at `at` with their modes, ascending: unstable ones first. Fewer where no more are
-    /// known.
+    /// The lowest `count` eigenvalues of `block` at `at` with their modes, ascending: unstable ones first. Fewer where no more
+    /// are known.
     ///
     /// # Errors
     /// If they are not found.
     fn modes(
         &mut self,
         at: &mut Equilibrium<Self::Member>,
+        block: Block,
         count: usize,
     ) -> Result<Vec<CriticalMode>, SolveError>;
+
+    /// Of a mode v: τ = 1/(f · (∂g/∂u)⁻¹ f), which is 0 where ∂g/∂u is singular, and (∂g/∂u)⁻¹ f, there its null vector. f is M v
+    /// with the rest areas M of the vertices, or B v with the storage B for a mode of [`Block::Coupled`]. None where the modes of
+    /// the block are null vectors themselves.
+    ///
+    /// # Errors
+    /// If ∂g/∂u cannot be factorised.
+    fn test(
+        &mut self,
+        at: &mut Equilibrium<Self::Member>,
+        mode: &CriticalMode,
+    ) -> Result<Option<(f64, Unknowns)>, SolveError>;
 
     /// Whether `at` may go to `next` in one correction.
     fn allows(&self, at: &Equilibrium<Self::Member>, next: &Unknowns) -> bool;
