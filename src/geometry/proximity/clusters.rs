@@ -23,6 +23,8 @@ pub(super) struct Cluster {
     pub(super) triangles: Vec<u32>,
     /// All corners of these, ascending.
     pub(super) corners: Vec<u32>,
+    /// That of them which is nearest to the centre.
+    pub(super) middle: u32,
     /// Centre and radius of a ball around the corners at rest.
     pub(super) centre: Vec3,
     pub(super) radius: f64,
@@ -78,7 +80,11 @@ pub(super) fn clusters(sheet: &Sheet, reach: f64) -> Vec<Cluster> {
         cluster.corners.dedup();
         let places = || cluster.corners.iter().map(|v| sheet.rest()[*v as usize]);
         cluster.centre = places().sum::<Vec3>() / real(cluster.corners.len());
-        cluster.radius = places().map(|x| (x - cluster.centre).norm()).fold(0.0, f64::max);
+        let apart = |x: &Vec3| (x - cluster.centre).norm();
+        cluster.radius = places().map(|x| apart(&x)).fold(0.0, f64::max);
+        let apart = |v: &u32| apart(&sheet.rest()[*v as usize]);
+        let order = |a: &&u32, b: &&u32| apart(a).total_cmp(&apart(b));
+        cluster.middle = cluster.corners.iter().min_by(order).copied().unwrap_or(0);
     }
     let patches = Patches::new(sheet, (&all, &of), reach).all();
     all.iter_mut().zip(patches).for_each(|(cluster, patch)| cluster.patch = patch);

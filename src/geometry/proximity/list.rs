@@ -3,6 +3,9 @@
 //! Whether the list still serves is asked at every evaluation and on every step. The answer needs F of every triangle and the motion of
 //! every cluster; it also gives how far every vertex may go from there until some part of it may no longer hold. Beyond that, F of a
 //! cluster is asked for where its corners have moved further relative to one another; where most have, all of it is asked again.
+//!
+//! What is asked for is convex in the shape: motions, spreads and changes of F are norms of linear functions of it.
+//! A list that serves at both ends of a step serves on all of it, and nothing is asked at shapes on the way.
 
 use rumple_numerics::Vec3;
 use rumple_numerics::num::real;
@@ -11,11 +14,23 @@ use rumple_sheet::Sheet;
 
 use super::clusters::Cluster;
 use super::deformation::{Bound, Deformation, Gradient, change};
-use super::neighbours::{Moved, Neighbours};
+use super::neighbours::{APPROACH, Moved, Neighbours};
 use super::pairs::{Pair, Range};
 
 /// Up to this share of all clusters are asked alone.
 const FEW: f64 = 0.25;
+/// A list serves where every vertex may go so much further, in mean edges: shapes on the way of a step differ from
+/// `x + s d` by round-off.
+const MARGIN: f64 = 1e-9;
+
+/// Whether two shapes are the same. Compares vertices by the block, which costs a fraction of one by one.
+fn same(x: &[Vec3], y: &[Vec3]) -> bool {
+    const SOME: usize = 64;
+    let differ = |a: &Vec3, b: &Vec3| (a.x != b.x) | (a.y != b.y) | (a.z != b.z);
+    let any =
+        |(x, y): (&[Vec3], &[Vec3])| x.iter().zip(y).fold(false, |any, (a, b)| any | differ(a, b));
+    x.len() == y.len() && !x.chunks(SOME).zip(y.chunks(SOME)).any(any)
+}
 
 /// Pairs, and how far the shape may go from where they were listed.
 #[derive(Debug)]
@@ -30,14 +45,47 @@ pub(super) struct List {
     pub(super) bounds: Vec<Option<Bound>>,
     /// By how much F may change on the triangles of every cluster.
     allowance: Vec<f64>,
+    /// How much further every vertex may go where it serves.
+    margin: f64,
     /// Where it was last seen to serve.
     seen: Option<Seen>,
+    /// The last step on which it serves.
+    way: Way,
+}
+
+/// A step.
+#[derive(Debug, Default)]
+struct Way {
+    from: Vec<Vec3>,
+    to: Vec<Vec3>,
+}
+
+impl Way {
+    /// Whether it leads through `x`, but for `margin`.
+    fn leads_through(&self, x: &[Vec3], margin: f64) -> bool {
+        let Self { from, to } = self;
+        if from.len() != x.len() || x.is_empty() {
+            return false;
+        }
+        if same(x, to) {
+            return true;
+        }
+        let step = |v: usize| to[v] - from[v];
+        let whole = parallel::sum(x.len(), |v| step(v).norm_squared());
+        let along = parallel::sum(x.len(), |v| step(v).dot(&(x[v] - from[v])));
+        // NaN where nothing moves, which no comparison passes.
+        let share = (along / whole).clamp(0.0, 1.0);
+        let off = |v: usize| (x[v] - from[v] - share * step(v)).norm_squared();
+        parallel::max(x.len(), off) <= margin * margin
+    }
 }
 
 /// A shape at which a list serves, and how far vertices may go from there.
 #[derive(Debug, Default)]
 struct Seen {
     at: Vec<Vec3>,
+    /// How far every vertex may go until clusters may have come too near.
+    near: f64,
     /// How far the corners of every cluster may go until F may have changed too much.
     rooms: Vec<f64>,
     /// The square of how far every vertex may go.
@@ -45,9 +93,9 @@ struct Seen {
 }
 
 impl List {
-    /// At `x` for this range, where patches that hold have `needed`.
+    /// At `x` for this range and mean edge, where patches that hold have `needed`.
     pub(super) fn new(
-        clusters: &[Cluster],
+        (clusters, edge): (&[Cluster], f64),
         (x, gradients): (&[Vec3], Vec<Gradient>),
         (range, needed): (Range, f64),
         (pairs, neighbours, bounds): (Vec<Pair>, Neighbours, Vec<Option<Bound>>),
@@ -61,7 +109,8 @@ impl List {
             }
         }
         let at = x.to_vec();
-        Self { at, range, pairs, neighbours, gradients, bounds, allowance, seen: None }
+        let (margin, way) = (MARGIN * edge, Way::default());
+        Self { at, range, pairs, neighbours, gradients, bounds, allowance, margin, seen: None, way }
     }
 
     /// Whether it holds all pairs that may be within their reach at `x`.
@@ -71,6 +120,33 @@ impl List {
         x: &[Vec3],
         deformation: &Deformation,
     ) -> bool {
+        self.way.leads_through(x, self.margin) || self.holds(on, x, deformation)
+    }
+
+    /// Whether it serves on the whole step from a shape at which it serves; `to` is taken over then.
+    pub(super) fn serves_on(
+        &mut self,
+        on: (&Sheet, &[Cluster]),
+        (from, to): (&[Vec3], &mut Vec<Vec3>),
+        deformation: &Deformation,
+    ) -> bool {
+        let serves = self.holds(on, to, deformation);
+        if serves {
+            self.way.from.clear();
+            self.way.from.extend_from_slice(from);
+            std::mem::swap(&mut self.way.to, to);
+        }
+        serves
+    }
+
+    /// Whether `x` is on the way of the last step on which it serves.
+    #[cfg(test)]
+    pub(super) fn passes(&self, x: &[Vec3]) -> bool {
+        self.way.leads_through(x, self.margin)
+    }
+
+    /// Whether it serves at `x`, as asked of the shape, not of the way.
+    fn holds(&mut self, on: (&Sheet, &[Cluster]), x: &[Vec3], deformation: &Deformation) -> bool {
         if self.at.len() != x.len() {
             return false;
         }
@@ -79,13 +155,14 @@ impl List {
         }
         let clusters = on.1;
         let moved = |v: u32| x[v as usize] - self.at[v as usize];
-        let near = self.neighbours.room(clusters, &moved);
+        let near = self.neighbours.room(clusters, &moved) - self.margin;
         let mut seen = self.seen.take().unwrap_or_default();
         seen.rooms.resize(clusters.len(), 0.0);
         parallel::fill(&mut seen.rooms, |k| self.room(on, k, x, deformation));
         if !(near >= 0.0) || !seen.rooms.iter().all(|room| *room >= 0.0) {
             return false;
         }
+        seen.near = near;
         seen.at.clear();
         seen.at.extend_from_slice(x);
         seen.free.clear();
@@ -107,20 +184,21 @@ impl List {
         x: &[Vec3],
         deformation: &Deformation,
     ) -> Option<bool> {
-        let Seen { at, rooms, free } = self.seen.as_ref()?;
+        let Seen { at, near, rooms, free } = self.seen.as_ref()?;
         if parallel::max(x.len(), |v| (x[v] - at[v]).norm_squared() - free[v]) < 0.0 {
             return Some(true);
         }
         let clusters = on.1;
         let moved = |v: u32| x[v as usize] - at[v as usize];
-        let mut further = vec![false; clusters.len()];
-        parallel::fill(&mut further, |k| !(Moved::of(&clusters[k], &moved).spread < rooms[k]));
-        let doubtful: Vec<usize> = (0..clusters.len()).filter(|k| further[*k]).collect();
+        let all = self.neighbours.moved(clusters, &moved);
+        let doubtful: Vec<usize> =
+            (0..clusters.len()).filter(|k| !(all[*k].spread < rooms[*k])).collect();
         if real(doubtful.len()) > FEW * real(clusters.len()) {
             return None;
         }
+        let near = Moved::farthest(all) < APPROACH * near;
         let moved = |v: u32| x[v as usize] - self.at[v as usize];
-        let near = self.neighbours.room(clusters, &moved) >= 0.0;
+        let near = near || self.neighbours.room(clusters, &moved) >= self.margin;
         Some(near && doubtful.into_iter().all(|k| self.room(on, k, x, deformation) >= 0.0))
     }
 
@@ -142,6 +220,6 @@ impl List {
         };
         let larger = |a: f64, b: f64| if b > a || b.is_nan() { b } else { a };
         let most = clusters[k].triangles.iter().map(changed).fold(0.0, larger);
-        (allowed - most.sqrt()) / deformation.steepest[k]
+        (allowed - most.sqrt()) / deformation.steepest[k] - self.margin
     }
 }

@@ -13,8 +13,8 @@ use crate::box_tree::{Bounds, BoxTree};
 /// Pairs are taken over where at least this share of the allowed approach of their clusters is left.
 const KEPT: f64 = 0.5;
 
-/// By how much clusters approach at most where every vertex moves by 1: their means by 2, their spreads by 4.
-const APPROACH: f64 = 6.0;
+/// By how much clusters approach at most where every vertex moves by 1: their middles by 2, their spreads by 4.
+pub(super) const APPROACH: f64 = 6.0;
 
 /// The clusters that are near one another.
 #[derive(Debug)]
@@ -46,33 +46,44 @@ enum Pairs {
     Known(Vec<Pair>),
 }
 
-/// How the corners of a cluster have moved: their mean displacement, and the largest deviation from it.
+/// How the corners of a cluster have moved: the displacement of the middle one, and the largest deviation from it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Moved {
-    mean: Vec3,
+    middle: Vec3,
     pub(super) spread: f64,
 }
 
 impl Moved {
     /// Of one cluster.
     pub(super) fn of(cluster: &Cluster, moved: &impl Fn(u32) -> Vec3) -> Self {
-        let corners = &cluster.corners;
-        let mean = corners.iter().map(|v| moved(*v)).sum::<Vec3>() / real(corners.len().max(1));
-        let apart = |v: &u32| (moved(*v) - mean).norm_squared();
-        let spread = corners.iter().map(apart).fold(0.0, f64::max).sqrt();
-        Self { mean, spread }
+        let middle = moved(cluster.middle);
+        let apart = |v: &u32| (moved(*v) - middle).norm_squared();
+        let spread = cluster.corners.iter().map(apart).fold(0.0, f64::max).sqrt();
+        Self { middle, spread }
     }
 
     /// Of all clusters, into `all`.
     fn all(clusters: &[Cluster], moved: &(impl Fn(u32) -> Vec3 + Sync), all: &mut Vec<Self>) {
-        all.resize(clusters.len(), Self { mean: Vec3::zeros(), spread: 0.0 });
+        all.resize(clusters.len(), Self { middle: Vec3::zeros(), spread: 0.0 });
         parallel::fill(all, |k| Self::of(&clusters[k], moved));
+    }
+
+    /// By how much features of any two clusters of `all` have come nearer at most, or by so much more than before.
+    pub(super) fn farthest(all: &[Self]) -> f64 {
+        let common = Self::common(all);
+        2.0 * parallel::max(all.len(), |k| all[k].approach(&common))
+    }
+
+    /// The mean motion of `all`.
+    fn common(all: &[Self]) -> Self {
+        let sum: Vec3 = all.iter().map(|moved| moved.middle).sum();
+        Self { middle: sum / real(all.len().max(1)), spread: 0.0 }
     }
 
     /// By how much features of two clusters have come nearer at most.
     #[inline]
     fn approach(&self, other: &Self) -> f64 {
-        (self.mean - other.mean).norm() + self.spread + other.spread
+        (self.middle - other.middle).norm() + self.spread + other.spread
     }
 }
 
@@ -141,6 +152,21 @@ impl Neighbours {
         Self { of, unlisted: limit.slack + beyond, moved: Vec::with_capacity(clusters.len()) }
     }
 
+    /// Whether any clusters are not known to have no pairs.
+    pub(super) fn any(&self) -> bool {
+        self.of.iter().flatten().any(|other| !matches!(other.pairs, Pairs::None))
+    }
+
+    /// How all clusters have moved, where vertices have `moved`.
+    pub(super) fn moved(
+        &mut self,
+        clusters: &[Cluster],
+        moved: &(impl Fn(u32) -> Vec3 + Sync),
+    ) -> &[Moved] {
+        Moved::all(clusters, moved, &mut self.moved);
+        &self.moved
+    }
+
     /// How much further every vertex may move, now that vertices have `moved`, until the pairs may not be all there are; less
     /// than 0 where they are not.
     pub(super) fn room(
@@ -148,10 +174,9 @@ impl Neighbours {
         clusters: &[Cluster],
         moved: &(impl Fn(u32) -> Vec3 + Sync),
     ) -> f64 {
-        Moved::all(clusters, moved, &mut self.moved);
+        self.moved(clusters, moved);
         let (all, listed) = (&self.moved, &self.of);
-        let mean = all.iter().map(|moved| moved.mean).sum::<Vec3>() / real(all.len().max(1));
-        let (common, far) = (Moved { mean, spread: 0.0 }, 0.5 * self.unlisted);
+        let (common, far) = (Moved::common(all), 0.5 * self.unlisted);
         let excess = |k: usize| {
             let far = all[k].approach(&common) - far;
             let beyond =

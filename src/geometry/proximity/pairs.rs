@@ -118,6 +118,11 @@ impl Proximity {
         pairs.split_at(pairs.partition_point(|pair| pair.kind == Kind::PointTriangle))
     }
 
+    /// Whether anything may touch or cross at `x`: no, where all that no patch keeps apart is further away than its reach.
+    pub fn any_near(&mut self, sheet: &Sheet, x: &[Vec3], range: &Range) -> bool {
+        self.listed(sheet, x, range).neighbours.any()
+    }
+
     /// The largest share of the step `direction` from `x`, up to 1, on which no two features touch or approach one
     /// another by much more than tenfold.
     #[must_use]
@@ -138,7 +143,7 @@ impl Proximity {
         };
         let least = |pairs: &[Pair]| -parallel::max(pairs.len(), |k| -share(&pairs[k]));
         let on_sheet = (sheet, self.clusters.as_slice());
-        let serves = |list: &mut List| list.serves(on_sheet, &end, &self.deformation);
+        let serves = |list: &mut List| list.serves_on(on_sheet, (x, &mut end), &self.deformation);
         let blocked = match self.list.as_mut().is_some_and(serves) {
             true => self.list.as_ref().map_or(1.0, |list| least(&list.pairs)),
             false => least(&self.on_path(sheet, (x, direction), &end, range)),
@@ -194,7 +199,7 @@ impl Proximity {
         let search = Search { sheet, x, d: None, limit, keep: &keep };
         let pairs = neighbours.pairs(&self.clusters, &search);
         List::new(
-            &self.clusters,
+            (&self.clusters, self.edge),
             (x, deformed.gradients),
             (range, needed),
             (pairs, neighbours, bounds),

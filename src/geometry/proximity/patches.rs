@@ -59,6 +59,8 @@ pub(super) struct Patches<'a> {
     sheet: &'a Sheet,
     clusters: &'a [Cluster],
     reach: f64,
+    /// Of a cluster.
+    largest_radius: f64,
     /// The clusters to which edges lead from each, ascending.
     next: Vec<Vec<u32>>,
     /// The unit normals of the triangles at rest.
@@ -99,7 +101,18 @@ impl<'a> Patches<'a> {
         };
         let normals = sheet.triangles().iter().map(normal).collect();
         let reached = vec![0; clusters.len()];
-        Self { sheet, clusters, reach, next, normals, concave, most_concave, reached }
+        let largest_radius = clusters.iter().map(|c| c.radius).fold(0.0, f64::max);
+        Self {
+            sheet,
+            clusters,
+            reach,
+            largest_radius,
+            next,
+            normals,
+            concave,
+            most_concave,
+            reached,
+        }
     }
 
     /// The patches of all clusters.
@@ -115,7 +128,7 @@ impl<'a> Patches<'a> {
         let own = &self.clusters[k];
         let mut covers = Vec::new();
         let limit = |radius: f64| (REACHES * self.reach + 2.0 * radius).min(RADII * radius);
-        let far = limit(self.clusters.iter().map(|c| c.radius).fold(0.0, f64::max));
+        let far = limit(self.largest_radius);
         let enter = |node: &Bounds| node.gap(&boxes[k]) <= far;
         tree.visit(enter, 0, |j| {
             let other = &self.clusters[j as usize];

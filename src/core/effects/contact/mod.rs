@@ -40,7 +40,7 @@ use super::{
 };
 use crate::Vec3;
 use crate::geometry::proximity::{Kind, Proximity, Range, at};
-use crate::geometry::{Conditions, Crossings, Found, Shape, lumped_areas};
+use crate::geometry::{Conditions, Crossings, Found, RestMetric, Shape, lumped_areas};
 use crate::linear::BlockMatrix;
 use crate::num::checked::Positive;
 use crate::parallel;
@@ -164,7 +164,7 @@ impl Contacts {
 
     /// All contacts at `shape`.
     fn at(&self, shape: &Shape<'_>, work: &mut ContactWork) -> Vec<Contact> {
-        let range = self.range(work);
+        let range = self.range(work, shape);
         let proximity = work.proximity(shape, self.law.reach());
         let near = proximity.near(shape.sheet, shape.x, &range);
         let weights = Weights {
@@ -176,8 +176,8 @@ impl Contacts {
         touching::contacts(near, shape.x, &weights)
     }
 
-    fn range(&self, work: &ContactWork) -> Range {
-        let shrinkage = work.shrinkage.unwrap_or(1.0);
+    fn range(&self, work: &mut ContactWork, shape: &Shape<'_>) -> Range {
+        let shrinkage = *work.shrinkage.get_or_insert_with(|| shrinkage(shape.metric));
         let (points, edges) = (self.law.reach(), EDGES * self.law.reach());
         match self.law {
             Law::Barrier(_) => Range { points, edges, shrinkage },
@@ -186,11 +186,18 @@ impl Contacts {
     }
 }
 
+/// Least ratio of an optimal length to that at rest, at most 1.
+fn shrinkage(metric: &RestMetric) -> f64 {
+    let (now, rest) = (metric.length(), metric.reference_length());
+    let ratio = |e: usize| if now[e] < rest[e] { now[e] / rest[e] } else { 1.0 };
+    (-parallel::max(now.len(), |e| -ratio(e))).min(1.0)
+}
+
 /// Memory of evaluations.
 #[derive(Debug, Default)]
 pub struct ContactWork {
     proximity: Option<Proximity>,
-    /// Least ratio of an optimal length to that at rest, at most 1.
+    /// How far the sheet is to shrink, once asked for since optimal lengths changed.
     shrinkage: Option<f64>,
 }
 
@@ -212,10 +219,8 @@ impl Energy for Contacts {
         Coupling { pairs: true, limits_steps: true, ..Coupling::NONE }
     }
 
-    fn prepare(&self, conditions: &Conditions<'_>, work: &mut ContactWork) {
-        let (now, rest) = (conditions.metric.length(), conditions.metric.reference_length());
-        let least = -parallel::max(now.len(), |e| -now[e] / rest[e]);
-        work.shrinkage = Some(least.min(1.0));
+    fn prepare(&self, _conditions: &Conditions<'_>, work: &mut ContactWork) {
+        work.shrinkage = None;
     }
 
     fn evaluate(
@@ -247,7 +252,7 @@ impl Energy for Contacts {
     }
 
     fn largest_step(&self, from: &Shape<'_>, work: &mut ContactWork, direction: &[Vec3]) -> f64 {
-        let range = self.range(work);
+        let range = self.range(work, from);
         work.proximity(from, self.law.reach()).largest_step(from.sheet, (from.x, direction), &range)
     }
 
@@ -268,13 +273,18 @@ impl Energy for Contacts {
         if !self.separate {
             return None;
         }
-        let range = self.range(work);
+        let range = self.range(work, shape);
         let proximity = work.proximity(shape, self.law.reach());
         let start = Start { sheet: shape.sheet, x: shape.x, pins, range, proximity };
         start.separated()
     }
 
     fn refuses(&self, shape: &Shape<'_>, work: &mut ContactWork) -> Option<String> {
+        let range = self.range(work, shape);
+        let proximity = work.proximity(shape, self.law.reach());
+        if !proximity.any_near(shape.sheet, shape.x, &range) {
+            return None;
+        }
         let found = Crossings::new(shape.sheet).find(shape.sheet, shape.x);
         if found.pairs > 0 {
             let Found { pairs, .. } = found;
@@ -289,10 +299,7 @@ impl Energy for Contacts {
             };
             return Some(format!("{pairs} pairs of its triangles cross, {place}{how}"));
         }
-        // What touches in the rest positions too has no reach.
         let least = TOUCH * shape.metric.mean_edge();
-        let range = Range { points: least, edges: least, shrinkage: f64::INFINITY };
-        let proximity = work.proximity(shape, self.law.reach());
         let (points, edges) = proximity.near(shape.sheet, shape.x, &range);
         let mut pairs = points.iter().chain(edges);
         let touch = pairs.find(|p| !(p.kind.distance(&at(shape.x, &p.corners)) > least))?;

@@ -171,6 +171,23 @@ fn a_flat_sheet_has_no_pairs_and_its_list_is_empty() {
 }
 
 #[test]
+fn nothing_is_near_on_a_sheet_that_bends_gently_and_something_where_it_touches_or_crosses() {
+    let (sheet, folded) = folded(16, 0.5, 0.0);
+    let roll = |r: f64| {
+        let at = |x: &Vec3| Vec3::new(r * (x.x / r).sin(), x.y, r * (1.0 - (x.x / r).cos()));
+        sheet.rest().iter().map(at).collect::<Vec<Vec3>>()
+    };
+    // Rolled tightly it goes round more than once.
+    let shapes = [(roll(40.0), false), (roll(12.0), false), (folded, true), (roll(1.9), true)];
+    for (k, (x, touches)) in shapes.iter().enumerate() {
+        let pairs = slowly(&sheet, x, &RANGE).len() + Crossings::new(&sheet).find(&sheet, x).pairs;
+        assert_eq!(pairs > 0, *touches, "{k}");
+        let mut proximity = Proximity::new(&sheet, 1.0, RANGE.points);
+        assert_eq!(proximity.any_near(&sheet, x, &RANGE), *touches, "{k}");
+    }
+}
+
+#[test]
 fn no_step_crosses_and_its_share_does_not_depend_on_the_list() {
     let mut shortened = 0;
     for seed in 0..40 {
@@ -197,6 +214,30 @@ fn no_step_crosses_and_its_share_does_not_depend_on_the_list() {
         }
     }
     assert!(shortened >= 20, "{shortened}");
+}
+
+#[test]
+fn a_list_that_serves_at_both_ends_of_a_step_serves_on_the_way_and_nowhere_beside_it() {
+    let (mut passed, mut near) = (0, 0);
+    for seed in 0..20 {
+        let (sheet, x) = folded(8, 0.4, 0.05);
+        let mut noise = Noise(seed);
+        let step: Vec<Vec3> = x.iter().map(|_| 0.02 * noise.vector()).collect();
+        let mut proximity = Proximity::new(&sheet, 1.0, 0.6);
+        let share = proximity.largest_step(&sheet, (&x, &step), &RANGE);
+        // Nothing but the way from x tells it about these shapes.
+        for part in [1.0, 0.5, 0.25, 0.125] {
+            let on: Vec<Vec3> = x.iter().zip(&step).map(|(x, d)| x + part * share * d).collect();
+            let wanted = slowly(&sheet, &on, &RANGE);
+            passed += usize::from(proximity.list.as_ref().unwrap().passes(&on));
+            near += wanted.len();
+            assert_eq!(within(&mut proximity, &sheet, &on), wanted, "{seed}: {part}");
+        }
+        let mut beside = x;
+        beside[3] += 0.01 * noise.vector();
+        assert!(!proximity.list.as_ref().unwrap().passes(&beside), "{seed}");
+    }
+    assert!(passed > 20 && near > 100, "{passed} shapes on the way, {near} pairs");
 }
 
 #[test]
