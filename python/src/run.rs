@@ -139,7 +139,7 @@ impl Attended {
             others.extend(shown.as_mut().map(|shown| -> &mut dyn Observer { shown }));
             let done = work(interrupt, &mut others, &mut reached);
             if reached.report {
-                reached.missing = view::report(&reached.root).err().map(|e| e.to_string());
+                reached.missing = view::write_report(&reached.root).err().map(|e| e.to_string());
             }
             done
         });
@@ -249,5 +249,5 @@ pub(crate) fn resume(
 /// Writes the viewer of the results in a directory beside them; its path.
 #[pyfunction]
 pub(crate) fn report(py: Python<'_>, directory: PathBuf) -> PyResult<PathBuf> {
-    engine::call(py, || view::report(&full(&directory)?))
+    engine::call(py, || view::write_report(&full(&directory)?))
 }

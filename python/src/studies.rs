@@ -81,7 +81,7 @@ impl How {
         let ended = runs.on(&plan, (&root, &claim), interrupt);
         if first.output.report {
             // The results are complete without it.
-            let _ = view::report(&root);
+            let _ = view::write_report(&root);
         }
         ended
     }
@@ -252,7 +252,7 @@ pub(crate) fn compare(
         let ended = comparison.on((planned, start), (&root, &claim), &reports, interrupt);
         if first.output.report {
             // The results are complete without it.
-            let _ = view::report(&root);
+            let _ = view::write_report(&root);
         }
         ended.map(|()| said.take())
     })

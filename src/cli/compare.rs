@@ -62,6 +62,6 @@ fn run_in_pool(args: &CompareArgs) -> Result<()> {
     };
     let reports = Reports { progress: &progress, say: &say };
     let ended = comparison.on((planned, simulation), (&root, &claim), &reports, interrupt);
-    super::view::report(&root, scene.output.report);
+    super::view::write_report(&root, scene.output.report);
     ended
 }

@@ -130,7 +130,7 @@ fn run_in_pool(args: &FollowArgs) -> Result<()> {
             directory.branch().display()
         ));
     }
-    let report = super::view::report(&root, follow.scene.output.report);
+    let report = super::view::write_report(&root, follow.scene.output.report);
     ended?;
     if !args.quiet {
         print_summary(&done, &directory, follow.scene.output.format);

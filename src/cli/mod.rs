@@ -12,6 +12,7 @@ macro_rules! say {
 mod accuracy;
 mod check;
 mod compare;
+mod completions;
 mod explain;
 #[cfg(unix)]
 mod fatal_signal;
@@ -26,7 +27,6 @@ mod ranks;
 mod resume;
 mod run;
 mod schema;
-mod shell;
 mod sweep;
 mod view;
 
@@ -86,9 +86,9 @@ enum Command {
     /// Print the JSON Schema of scenes: editors complete keys and mark mistakes by it.
     Schema(schema::SchemaArgs),
     /// Print completions for a shell.
-    Completions(shell::CompletionArgs),
+    Completions(completions::CompletionArgs),
     /// Write pages for `man`.
-    Man(shell::ManArgs),
+    Man(completions::ManArgs),
 }
 
 /// Bytes of stack of a thread: what the main one has elsewhere.
@@ -210,8 +210,8 @@ pub fn main() -> ExitCode {
         Command::Mesh(args) => mesh::run(args),
         Command::Plugin(args) => plugin::run(args),
         Command::Schema(args) => schema::run(args),
-        Command::Completions(args) => shell::completions(args),
-        Command::Man(args) => shell::man(args),
+        Command::Completions(args) => completions::completions(args),
+        Command::Man(args) => completions::man(args),
     };
     // No call of an instance that is dropped can return its error.
     let result =

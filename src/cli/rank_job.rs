@@ -36,7 +36,7 @@ impl JobArgs {
         &self,
         scene: &SceneArgs,
         root: &Path,
-        words: Vec<String>,
+        arguments: Vec<String>,
         quiet: bool,
     ) -> Result<()> {
         if !cfg!(feature = "mpi") {
@@ -51,7 +51,7 @@ impl JobArgs {
             root,
             program,
             scene: super::absolute(&scene.scene)?,
-            run: words,
+            run: arguments,
             resume: scene.words_of_plugins()?,
             ranks: self.ranks.unwrap_or(1),
             threads: scene.threads.unwrap_or(1),

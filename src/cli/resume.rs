@@ -75,7 +75,7 @@ fn run_in_pool(args: &ResumeArgs, ranks: Option<Arc<dyn Communicator>>) -> Resul
     progress.finish();
     let resume::Resumed { scene, notes, .. } = resumed;
     let first = ranks.as_ref().is_none_or(|ranks| ranks.rank() == 0);
-    let report = super::view::report(&root, scene.output.report && first);
+    let report = super::view::write_report(&root, scene.output.report && first);
     let done = outcome?;
     if quiet {
         notes.iter().for_each(|note| super::warn(note));

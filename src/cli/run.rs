@@ -94,7 +94,7 @@ fn run_in_pool(args: &RunArgs, ranks: Option<Arc<dyn Communicator>>) -> Result<(
     let outcome =
         run_with_progress(args, (&scene, from.as_deref()), &mut simulation, &directory, interrupt);
     let first = ranks.as_ref().is_none_or(|ranks| ranks.rank() == 0);
-    let report = super::view::report(&root, scene.output.report && first);
+    let report = super::view::write_report(&root, scene.output.report && first);
     let done = outcome?;
     if !args.quiet {
         print_summary(&done, &directory, scene.output.format);

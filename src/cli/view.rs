@@ -41,7 +41,11 @@ pub(super) fn run(args: &ViewArgs) -> Result<()> {
     file.write(|writer| writer.write_all(page.html.as_bytes()))?;
     if file != ResultFile::StandardOutput {
         let (size, path) = (real(page.html.len()) / 1e6, path.display());
-        say!("{path}: {} of {} frames, {size:.1} MB; open it in a browser", page.shown, page.of);
+        say!(
+            "{path}: {} of {} frames, {size:.1} MB; open it in a browser",
+            page.shown,
+            page.total_frames
+        );
     }
     Ok(())
 }
@@ -54,12 +58,12 @@ fn megabytes(text: &str) -> Result<f64, String> {
 
 /// Writes the page beside the results of a run or study, if that is `wanted`; its path. The results are complete without
 /// it: a failure is a warning.
-pub(super) fn report(root: &Path, wanted: bool) -> Option<PathBuf> {
+pub(super) fn write_report(root: &Path, wanted: bool) -> Option<PathBuf> {
     if !wanted {
         return None;
     }
     let warn = |error: Error| {
         super::warn(&format!("warning: no {} is written: {error}", ResultDirectory::REPORT));
     };
-    view::report(root).map_err(warn).ok()
+    view::write_report(root).map_err(warn).ok()
 }

@@ -128,7 +128,7 @@ impl Stepper {
         if let Some(made) = made {
             state.x = made.x.into();
         }
-        if let Some((effect, why)) = self.workspace.at(&state).potential()?.refuses(&state.x) {
+        if let Some((effect, why)) = self.workspace.at(&state).potential()?.refusal(&state.x) {
             return Err(SolveError::Start { effect, why });
         }
         self.state.x = state.x;

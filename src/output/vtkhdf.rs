@@ -98,9 +98,9 @@ fn frames(
         let state = State {
             time: reader.times()[k],
             points: &points,
-            point: point.iter().map(borrowed).collect(),
-            cell: cell.iter().map(borrowed).collect(),
-            numbers: &numbers,
+            point_fields: point.iter().map(borrowed).collect(),
+            cell_fields: cell.iter().map(borrowed).collect(),
+            scalars: &numbers,
         };
         if state.time != *time || digests.get(k).is_some_and(|d| *d != digest(&state)) {
             return Err(format!("frame {k} is not as the run wrote it: its numbers have changed"));
@@ -161,9 +161,9 @@ fn state<'a>(
     State {
         time: frame.time,
         points,
-        point: fields(&frame.point),
-        cell: fields(&frame.cell),
-        numbers,
+        point_fields: fields(&frame.point),
+        cell_fields: fields(&frame.cell),
+        scalars: numbers,
     }
 }
 
@@ -177,7 +177,7 @@ fn digest(state: &State<'_>) -> u64 {
     let mut feed = |values: &[f64]| values.iter().for_each(|x| hasher.update(x.to_le_bytes()));
     feed(&[state.time]);
     feed(state.points.as_flattened());
-    state.point.iter().chain(&state.cell).for_each(|field| feed(field.values));
-    state.numbers.iter().for_each(|(_, value)| feed(&[*value]));
+    state.point_fields.iter().chain(&state.cell_fields).for_each(|field| feed(field.values));
+    state.scalars.iter().for_each(|(_, value)| feed(&[*value]));
     hasher.finalize().first_chunk().map_or(0, |first| u64::from_le_bytes(*first))
 }

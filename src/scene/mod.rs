@@ -201,7 +201,7 @@ impl Scene {
     /// default.
     #[must_use]
     pub fn written(&self, path: &str) -> Option<String> {
-        let (_, place) = self.origin.index.exactly(path)?;
+        let (_, place) = self.origin.index.find_exact(path)?;
         Some(match place.source {
             0 => {
                 let before = self.origin.text.get(..place.span.start).unwrap_or_default();
@@ -230,7 +230,7 @@ impl Scene {
     /// around it.
     #[must_use]
     pub fn error_at(&self, path: &str, message: &str, help: Option<&str>) -> SceneError {
-        let place = self.origin.index.find(path).map(|(_, value)| value);
+        let place = self.origin.index.find_nearest(path).map(|(_, value)| value);
         self.error_placed(place, Problem::plain(format!("{path}: {message}")), help)
     }
 
@@ -245,7 +245,8 @@ impl Scene {
         message: &str,
         help: Option<&str>,
     ) -> SceneError {
-        let place = self.origin.index.find(path).map(|(_, value)| self.within(value, text, span));
+        let place =
+            self.origin.index.find_nearest(path).map(|(_, value)| self.within(value, text, span));
         self.error_placed(place.as_ref(), Problem::plain(format!("{path}: {message}")), help)
     }
 
@@ -275,7 +276,7 @@ impl Scene {
     /// the nearest one.
     #[must_use]
     pub fn unknown_key(&self, table: &str, key: &str, noun: &str, allowed: &[&str]) -> SceneError {
-        let place = self.origin.index.find(&path_to(table, key)).map(|(key, _)| key);
+        let place = self.origin.index.find_nearest(&path_to(table, key)).map(|(key, _)| key);
         self.error_placed(place, Problem::unknown_name(noun, key, allowed), None)
     }
 
@@ -285,16 +286,16 @@ impl Scene {
     #[must_use]
     pub fn unread_key(&self, table: &str, key: &str, message: &str, read: &[&str]) -> SceneError {
         let path = path_to(table, key);
-        let place = self.origin.index.find(&path).map(|(key, _)| key);
+        let place = self.origin.index.find_nearest(&path).map(|(key, _)| key);
         let read: Vec<String> = read.iter().map(|name| (*name).to_owned()).collect();
-        let help = crate::document::choices(key, "read", &read);
+        let help = crate::document::choices_in_words(key, "read", &read);
         self.error_placed(place, Problem::plain(format!("{path}: {message}")), Some(&help))
     }
 
     /// An error about the text at `path`: it is none of the names `allowed`.
     #[must_use]
     pub fn unknown_name(&self, path: &str, noun: &str, name: &str, allowed: &[&str]) -> SceneError {
-        let place = self.origin.index.find(path).map(|(_, value)| value);
+        let place = self.origin.index.find_nearest(path).map(|(_, value)| value);
         self.error_placed(place, Problem::unknown_name(noun, name, allowed), None)
     }
 
@@ -363,7 +364,7 @@ fn check(mut root: Node, origin: Origin) -> Result<Scene, SceneError> {
         return Err(origin.error(&Problem::plain("the scene is incomplete")));
     };
     if let Err(mut problem) = output.check_frames(&time.span) {
-        if let Some((_, every)) = origin.index.find("output.every") {
+        if let Some((_, every)) = origin.index.find_nearest("output.every") {
             problem = problem.placed(every);
         }
         return Err(origin.error(&problem.under("output")));

@@ -114,7 +114,7 @@ fn set(
             }
             (Value::Array(items), segment) => {
                 let rest = &segments[done + 1..];
-                let found = element(items, (segment, rest), &here());
+                let found = element_index(items, (segment, rest), &here());
                 let at = found.map_err(|p| p.placed(place))?;
                 followed[done] = Segment::Index(at);
                 &mut items[at]
@@ -140,7 +140,7 @@ fn set(
 }
 
 /// Which element of a list a step of the path means; `rest` are those that follow it.
-fn element(
+fn element_index(
     items: &[Node],
     (segment, rest): (&Segment, &[Segment]),
     list: &str,
@@ -152,12 +152,12 @@ fn element(
     let count = items.len();
     match (index, segment) {
         (Some(index), _) if index < count => Ok(index),
-        (None, Segment::Key(wanted)) => by_kind(items, (wanted, rest), list),
+        (None, Segment::Key(wanted)) => index_by_kind(items, (wanted, rest), list),
         _ => Err(Problem::plain(format!("{list} has {count} elements, numbered from 0"))),
     }
 }
 
-fn by_kind(
+fn index_by_kind(
     items: &[Node],
     (wanted, rest): (&str, &[Segment]),
     list: &str,

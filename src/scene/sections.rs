@@ -66,7 +66,7 @@ impl Sections<'_> {
             return self
                 .optional("equilibrium", |node| registry::choose(node, Some(DEFAULT_EQUILIBRIUM)));
         }
-        let default = Node::text(DEFAULT_EQUILIBRIUM, self.root.place.clone());
+        let default = Node::default_text(DEFAULT_EQUILIBRIUM, self.root.place.clone());
         registry::choose(default, None).map_err(|problem| self.problems.push(problem)).ok()
     }
 }

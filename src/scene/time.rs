@@ -68,7 +68,7 @@ pub(crate) fn read_time(mut node: Node, point: bool) -> Result<TimeSpec, Problem
     };
     let complete = |choice| if point { at_a_point(choice) } else { choice };
     let integrator = chosen(&mut node, "integrator", default, complete).map_err(|problem| {
-        let known = problem.unknown_kind().and_then(|name| METHODS.iter().find(|m| m.0 == name));
+        let known = problem.as_unknown_name().and_then(|name| METHODS.iter().find(|m| m.0 == name));
         match known {
             None => problem,
             Some((method, kind)) => problem.help(format!(
@@ -89,7 +89,7 @@ fn chosen<T: ?Sized + Family>(
 ) -> Result<Box<T>, Problem> {
     let choice = match node.take(key) {
         Some((_, choice)) => choice,
-        None => Node::text(default, node.place.clone()),
+        None => Node::default_text(default, node.place.clone()),
     };
     choose(complete(choice), Some(default)).map_err(|problem| problem.under(key))
 }
@@ -98,15 +98,15 @@ fn chosen<T: ?Sized + Family>(
 fn at_a_point(mut choice: Node) -> Node {
     let place = choice.place.clone();
     if let Value::String(name) = &choice.value {
-        let kind = Node::text(name, place.clone());
+        let kind = Node::default_text(name, place.clone());
         choice = Node::empty_table(place.clone());
-        choice.give("kind", kind.value);
+        choice.insert_if_absent("kind", kind.value);
     }
     let named =
         |kind: &Node| matches!(&kind.value, Value::String(name) if name == POINT_INTEGRATOR);
     if choice.get("kind").is_none_or(named) {
         for (key, tolerance) in POINT_TOLERANCE {
-            choice.give(key, Value::Float(tolerance));
+            choice.insert_if_absent(key, Value::Float(tolerance));
         }
     }
     choice

@@ -51,7 +51,7 @@ pub struct Page {
     /// Frames that are shown, of all runs.
     pub shown: usize,
     /// Frames that the runs have.
-    pub of: usize,
+    pub total_frames: usize,
 }
 
 /// Makes the page of the result directory `root`: of `run`, `sweep`, `compare` or `accuracy`.
@@ -73,7 +73,7 @@ pub fn page(root: &Path, options: Options) -> Result<Page> {
 ///
 /// # Errors
 /// As [`page`], and a file that cannot be written.
-pub fn report(root: &Path) -> Result<PathBuf> {
+pub fn write_report(root: &Path) -> Result<PathBuf> {
     let page = page(root, Options::default())?;
     let path = root.join(ResultDirectory::REPORT);
     atomic::replace(&path, |writer| writer.write_all(page.html.as_bytes()))?;

@@ -74,9 +74,9 @@ pub(super) fn of(root: &Path, found: &FoundRuns, options: Options) -> Result<Pag
         return Err(error);
     }
     let shown = sheets.iter().map(|sheet| sheet.frames.len()).sum();
-    let (runs, of) = (sheets.len(), sheets.iter().map(|sheet| sheet.of).sum());
-    let html = document(&data, &summary(found, &sheets, (shown, of)), blocks.html());
-    Ok(Page { html, runs, shown, of })
+    let (runs, total_frames) = (sheets.len(), sheets.iter().map(|sheet| sheet.of).sum());
+    let html = document(&data, &summary(found, &sheets, (shown, total_frames)), blocks.html());
+    Ok(Page { html, runs, shown, total_frames })
 }
 
 /// Everything of a run but its sheet.

@@ -2,7 +2,7 @@
 
 use std::io::{Read, Seek};
 
-use super::frames::TRIANGLE;
+use super::frame_writer::TRIANGLE;
 use super::read::{Dataset, Reader};
 
 /// A field that was read.

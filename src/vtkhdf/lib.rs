@@ -1,7 +1,7 @@
 //! All frames of a run in one file: temporal VTKHDF, an unstructured grid of triangles whose points move.
 //!
 //! ```text
-//! frames         what VTK asks for: groups, data sets and steps, written frame by frame
+//! frame_writer   what VTK asks for: groups, data sets and steps, written frame by frame
 //! frame_reader   frames read back
 //! growing        a file that takes rows, and what of it is written in which order
 //! tree           the index of the pieces of a data set
@@ -22,7 +22,7 @@
 
 mod chunk;
 mod frame_reader;
-mod frames;
+mod frame_writer;
 mod growing;
 mod object;
 mod read;
@@ -33,7 +33,7 @@ mod tree;
 use std::path::{Path, PathBuf};
 
 pub use frame_reader::{Arrays, FrameReader};
-pub use frames::{Field, FrameWriter, State, Topology};
+pub use frame_writer::{Field, FrameWriter, State, Topology};
 pub use growing::Disk;
 
 /// The file, and the number of the frame if it is given, that a path names: `FILE.vtkhdf` or `FILE.vtkhdf#K`; none of other

@@ -45,9 +45,9 @@ fn written(log: &mut Log, frames: usize, compressed: bool) -> Vec<u8> {
         let state = State {
             time: m[1],
             points: &points,
-            point: vec![field("c [1/length]", 1, &c[..]), field("u", 3, &u)],
-            cell: vec![field("m", 1, &m)],
-            numbers: &numbers,
+            point_fields: vec![field("c [1/length]", 1, &c[..]), field("u", 3, &u)],
+            cell_fields: vec![field("m", 1, &m)],
+            scalars: &numbers,
         };
         if writer.is_none() {
             writer = Some(FrameWriter::create(&mut *log, topology, &state, compressed).unwrap());
@@ -148,9 +148,9 @@ fn other_fields_than_the_first_are_refused_and_change_nothing() {
     let state = |names: &[&'static str]| State {
         time: 0.0,
         points: &points,
-        point: names.iter().map(|name| field(name)).collect(),
-        cell: Vec::new(),
-        numbers: &[],
+        point_fields: names.iter().map(|name| field(name)).collect(),
+        cell_fields: Vec::new(),
+        scalars: &[],
     };
     let twice = FrameWriter::create(&mut log, topology, &state(&["a/b", "a per b"]), true);
     assert!(twice.unwrap_err().to_string().contains("the same HDF5 name"));
@@ -179,8 +179,13 @@ impl Disk for Full {
 fn a_full_disk_is_an_error_and_nothing_is_added_after_it() {
     let topology = Topology { points: 4, triangles: &TRIANGLES };
     let (points, ..) = content(0);
-    let state =
-        State { time: 0.0, points: &points, point: Vec::new(), cell: Vec::new(), numbers: &[] };
+    let state = State {
+        time: 0.0,
+        points: &points,
+        point_fields: Vec::new(),
+        cell_fields: Vec::new(),
+        scalars: &[],
+    };
     let mut writer = FrameWriter::create(Full(4), topology, &state, true).unwrap();
     let message = |writer: &mut FrameWriter<Full>| writer.append(&state).unwrap_err().to_string();
     assert_eq!(message(&mut writer), "the disk is full");

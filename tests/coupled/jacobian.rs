@@ -477,7 +477,7 @@ fn the_jacobian_is_exact_for_species_on_vertices() {
             if measure == Measure::Concentration {
                 let by_species = |text| SpeciesFormula::new(text, &["a", "b"]).unwrap();
                 transport.push(cotan(0, 1.0).with_coefficient(by_species("1 + a^2 + 0.3*sin(b)")));
-                let crossed = Cotan::new(&sheet, 1, 0.5, measure, rest).by(0);
+                let crossed = Cotan::new(&sheet, 1, 0.5, measure, rest).reading(0);
                 let crossed = TransportTerm::new(crossed);
                 transport.push(crossed.with_coefficient(by_species("x + a*b")));
             }

@@ -90,7 +90,7 @@ fn parallel_edges_and_needles_between_two_sheets_are_sound() {
             for gap in [0.3, 0.1, 0.01] {
                 let (sheet, x) = strips(columns, gap, angle, shift);
                 let mut potential = potential(&sheet, 0.4);
-                assert_eq!(potential.refuses(&x), None);
+                assert_eq!(potential.refusal(&x), None);
                 is_sound(&mut potential, &x, narrowest);
             }
         }
@@ -143,7 +143,7 @@ fn no_generated_shape_is_in_contact_at_rest() {
             let mut potential = potential(sheet, distance);
             let (energy, force) = gradient(&mut potential, sheet.rest());
             assert_eq!((energy, norm(&force)), (0.0, 0.0), "{shape}, {distance}");
-            assert_eq!(potential.refuses(sheet.rest()), None, "{shape}, {distance}");
+            assert_eq!(potential.refusal(sheet.rest()), None, "{shape}, {distance}");
         }
     }
 }

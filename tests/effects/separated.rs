@@ -60,7 +60,7 @@ fn a_start_that_crosses_slightly_is_moved_apart() {
     // A quarter of the reach, which of edges is half of that of vertices.
     let gap = potential.touching(which, &made.x).unwrap().gap;
     assert!(gap >= 0.024, "{gap}");
-    assert_eq!(potential.refuses(&made.x), None);
+    assert_eq!(potential.refusal(&made.x), None);
     let done = simulation.prepare().unwrap_or_else(|e| panic!("{e}")).separated;
     assert_eq!(done, (made.pairs, made.moved));
 }

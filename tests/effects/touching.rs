@@ -186,9 +186,9 @@ fn equal_plates_push_with_exactly_the_pressure_of_the_barrier() {
 fn a_shape_that_crosses_itself_is_refused_with_its_place() {
     let (sheet, mut x) = folded(0.3, 0.0);
     let mut potential = potential(&sheet, 0.6, 2.0);
-    assert_eq!(potential.refuses(&x), None);
+    assert_eq!(potential.refusal(&x), None);
     x[2].z += 0.5;
-    let (effect, why) = potential.refuses(&x).unwrap();
+    let (effect, why) = potential.refusal(&x).unwrap();
     assert_eq!(effect, "contact");
     assert!(why.contains("cross") && why.contains("vertices ["), "{why}");
 }

@@ -95,7 +95,7 @@ impl Runs<'_> {
         let claim = runs.open(&plan, &root)?;
         let ended = runs.on(&plan, (&root, &claim), interrupt);
         // Before the members of an array job have run there is nothing to be seen.
-        crate::cli::view::report(&root, first.output.report && !how.slurm);
+        crate::cli::view::write_report(&root, first.output.report && !how.slurm);
         ended
     }
 }

@@ -9,7 +9,7 @@ use std::ops::Range;
 pub use self::problem::Problem;
 
 pub use self::deserialize::read;
-pub use self::problem::{Explanation, choices};
+pub use self::problem::{Explanation, choices_in_words};
 
 /// Tables and lists may be nested this deep; scenes need five levels. The bound keeps every
 /// recursion over a document far from the end of the stack.
@@ -93,7 +93,7 @@ pub enum Value {
 }
 
 impl Value {
-    /// The value's type in words for messages.
+    /// The value in words for messages; of a list or a table its type alone.
     pub fn describe(&self) -> String {
         match self {
             Self::String(s) => format!("the string {s:?}"),
@@ -114,7 +114,7 @@ impl Node {
     }
 
     /// A text that stands for what is not written, at the place where it could be.
-    pub fn text(text: &str, place: Place) -> Self {
+    pub fn default_text(text: &str, place: Place) -> Self {
         Self { value: Value::String(text.to_owned()), place }
     }
 
@@ -145,7 +145,7 @@ impl Node {
     }
 
     /// Adds an entry, where this is a table without one of that key.
-    pub fn give(&mut self, key: &str, value: Value) {
+    pub fn insert_if_absent(&mut self, key: &str, value: Value) {
         let place = self.place.clone();
         if self.get(key).is_none()
             && let Value::Table(entries) = &mut self.value
@@ -208,7 +208,7 @@ impl Index {
     }
 
     /// Places of key and value at `path`, if it is written out.
-    pub fn exactly(&self, path: &str) -> Option<&(Place, Place)> {
+    pub fn find_exact(&self, path: &str) -> Option<&(Place, Place)> {
         self.entry(path).map(|entry| &entry.places)
     }
 
@@ -222,7 +222,7 @@ impl Index {
     }
 
     /// Places of key and value at `path`, or of its nearest ancestor that is written out.
-    pub fn find(&self, path: &str) -> Option<&(Place, Place)> {
+    pub fn find_nearest(&self, path: &str) -> Option<&(Place, Place)> {
         self.follow(path).map(|(entry, _)| &entry.places)
     }
 

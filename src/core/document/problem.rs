@@ -130,7 +130,7 @@ impl Problem {
     }
 
     /// The key of this very table that is not known.
-    pub fn unknown(&self) -> Option<&str> {
+    pub fn as_unknown_key(&self) -> Option<&str> {
         match &self.0.what {
             What::UnknownKey { key, .. } if self.0.path.is_empty() => Some(key),
             _ => None,
@@ -138,7 +138,7 @@ impl Problem {
     }
 
     /// The name that is unknown, where it is one.
-    pub fn unknown_kind(&self) -> Option<&str> {
+    pub fn as_unknown_name(&self) -> Option<&str> {
         match &self.0.what {
             What::UnknownName { name, .. } => Some(name),
             _ => None,
@@ -211,7 +211,7 @@ impl Problem {
                     "not a key of this table".to_owned(),
                     Some(
                         formula_in_a_table(key, allowed)
-                            .unwrap_or_else(|| choices(key, ALLOWED, allowed)),
+                            .unwrap_or_else(|| choices_in_words(key, ALLOWED_TITLE, allowed)),
                     ),
                 )
             }
@@ -220,7 +220,11 @@ impl Problem {
                     "" => format!("unknown {noun} {name:?}"),
                     _ => format!("{path}: unknown {noun} {name:?}"),
                 };
-                (message, format!("unknown {noun}"), Some(choices(name, ALLOWED, allowed)))
+                (
+                    message,
+                    format!("unknown {noun}"),
+                    Some(choices_in_words(name, ALLOWED_TITLE, allowed)),
+                )
             }
             What::Mismatch { expected, found } => {
                 let subject = if path.is_empty() { "the value" } else { &path };
@@ -262,18 +266,18 @@ fn formula_in_a_table(key: &str, allowed: &[String]) -> Option<String> {
     let has = |wanted: &str| allowed.iter().any(|known| known == wanted);
     (key == "formula" && has("regions") && has("file")).then(|| {
         format!(
-            "a formula is written as a string, without a table around it, as in \"1 + 0.1*x\"; {ALLOWED}: {}",
+            "a formula is written as a string, without a table around it, as in \"1 + 0.1*x\"; {ALLOWED_TITLE}: {}",
             allowed.join(", ")
         )
     })
 }
 
 /// What a list of choices is called.
-pub const ALLOWED: &str = "allowed";
+pub const ALLOWED_TITLE: &str = "allowed";
 
 /// "did you mean …? allowed: …", or what else `title` calls them; a word counts as meant when it is spelt
 /// much the same.
-pub fn choices(word: &str, title: &str, allowed: &[String]) -> String {
+pub fn choices_in_words(word: &str, title: &str, allowed: &[String]) -> String {
     if allowed.is_empty() {
         return format!("{title}: none");
     }
@@ -291,18 +295,18 @@ const MOST_LISTED: usize = 100;
 
 /// Longer words (bytes) are no misspelt ones; to compare them takes their length times that of every
 /// allowed one.
-const LONGEST: usize = 200;
+const LONGEST_WORD: usize = 200;
 
 /// The closest of `allowed` by edits, one per started three letters (at least one) or a
 /// common beginning.
 fn nearest<'a>(word: &str, allowed: &'a [String]) -> Option<&'a String> {
-    if word.len() > LONGEST {
+    if word.len() > LONGEST_WORD {
         return None;
     }
     let lower = word.to_lowercase();
     allowed
         .iter()
-        .filter(|candidate| candidate.len() <= LONGEST)
+        .filter(|candidate| candidate.len() <= LONGEST_WORD)
         .map(|candidate| {
             (strsim::damerau_levenshtein(&lower, &candidate.to_lowercase()), candidate)
         })
@@ -318,7 +322,7 @@ fn nearest<'a>(word: &str, allowed: &'a [String]) -> Option<&'a String> {
 /// What integers are called.
 const INTEGER: &str = "an integer";
 
-fn expectation(expected: &dyn Expected) -> String {
+fn expected_in_words(expected: &dyn Expected) -> String {
     let raw = expected.to_string();
     match raw.as_str() {
         "f64" | "f32" => "a number".to_owned(),
@@ -339,7 +343,7 @@ fn expectation(expected: &dyn Expected) -> String {
     }
 }
 
-fn finding(found: Unexpected<'_>) -> String {
+fn found_in_words(found: Unexpected<'_>) -> String {
     match found {
         Unexpected::Bool(b) => b.to_string(),
         Unexpected::Unsigned(i) => i.to_string(),
@@ -367,8 +371,8 @@ impl serde::de::Error for Problem {
     }
 
     fn invalid_type(found: Unexpected<'_>, expected: &dyn Expected) -> Self {
-        let expectation = expectation(expected);
-        let problem = Self::mismatch(&expectation, finding(found));
+        let expectation = expected_in_words(expected);
+        let problem = Self::mismatch(&expectation, found_in_words(found));
         match found {
             Unexpected::Float(x) if expectation.starts_with(INTEGER) && x.fract() == 0.0 => {
                 problem.help(format!("write {x:.0}, without a point or exponent"))
@@ -382,7 +386,7 @@ impl serde::de::Error for Problem {
     }
 
     fn invalid_length(length: usize, expected: &dyn Expected) -> Self {
-        Self::mismatch(&expectation(expected), format!("a list of {length}"))
+        Self::mismatch(&expected_in_words(expected), format!("a list of {length}"))
     }
 
     fn unknown_variant(name: &str, allowed: &'static [&'static str]) -> Self {

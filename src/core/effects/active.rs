@@ -85,12 +85,14 @@ impl EffectSpec for ActiveTension {
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let factor = Factor::new(self.ramp.as_ref())?;
         let fibres = self.fibre.as_ref().map(|fibre| fibre.in_triangles(context)).transpose()?;
-        let units = units(context.sheet, fibres.as_deref());
+        let unit_tensions = unit_tensions(context.sheet, fibres.as_deref());
         let field = context.vertex_field(&self.value, "value")?;
         let changes = factor.changes() || field.depends_on_time();
         let elements = match field {
-            VertexField::Given(values) => given(context.sheet, units, &values, factor),
-            field @ VertexField::Formula(_) => by_formula(context.sheet, units, field, factor),
+            VertexField::Given(values) => given(context.sheet, unit_tensions, &values, factor),
+            field @ VertexField::Formula(_) => {
+                by_formula(context.sheet, unit_tensions, field, factor)
+            }
         };
         Ok(Effect::energy(if changes { elements.depending_on_time() } else { elements }))
     }
@@ -98,9 +100,14 @@ impl EffectSpec for ActiveTension {
 
 crate::register_kind!(dyn EffectSpec, "active-tension", ActiveTension);
 
-/// Tensions that neither species nor a formula of the time change, of triangles with these `units`.
-fn given(sheet: &Sheet, units: Vec<Pull>, values: &Values, factor: Factor) -> Elements<3, Pull> {
-    let mut pulls = units;
+/// Tensions that neither species nor a formula of the time change, of triangles with these `unit_tensions`.
+fn given(
+    sheet: &Sheet,
+    unit_tensions: Vec<Pull>,
+    values: &Values,
+    factor: Factor,
+) -> Elements<3, Pull> {
+    let mut pulls = unit_tensions;
     for (pull, corners) in pulls.iter_mut().zip(sheet.triangles()) {
         *pull = pull.times(mean(corners, |v| values.at(v)));
     }
@@ -114,17 +121,17 @@ fn given(sheet: &Sheet, units: Vec<Pull>, values: &Values, factor: Factor) -> El
 /// Tensions by a formula of species or of the time.
 fn by_formula(
     sheet: &Sheet,
-    units: Vec<Pull>,
+    unit_tensions: Vec<Pull>,
     field: VertexField,
     factor: Factor,
 ) -> Elements<3, Pull> {
     let read = field.species().to_vec();
-    let shared = Arc::new((units, field, factor));
+    let shared = Arc::new((unit_tensions, field, factor));
     let of = Arc::clone(&shared);
     let make = move |conditions: &Conditions<'_>, into: &mut Vec<Pull>| {
-        let (units, field, factor) = &*of;
+        let (unit_tensions, field, factor) = &*of;
         let (factor, values) = (factor.at(conditions.time), field.at(conditions));
-        let all = units.iter().zip(conditions.sheet.triangles());
+        let all = unit_tensions.iter().zip(conditions.sheet.triangles());
         into.extend(
             all.map(|(unit, corners)| unit.times(factor * mean(corners, |v| values.at(v)))),
         );
@@ -134,9 +141,9 @@ fn by_formula(
     read.into_iter().enumerate().fold(elements, |elements, (k, species)| {
         let of = Arc::clone(&shared);
         elements.reading(species, move |conditions| {
-            let (units, field, factor) = &*of;
+            let (unit_tensions, field, factor) = &*of;
             let (third, slopes) = (factor.at(conditions.time) / 3.0, field.slopes(conditions));
-            let all = units.iter().zip(conditions.sheet.triangles());
+            let all = unit_tensions.iter().zip(conditions.sheet.triangles());
             all.map(|(unit, corners)| corners.map(|v| unit.times(third * slopes[k][v as usize])))
                 .collect()
         })
@@ -167,7 +174,7 @@ impl Pull {
 }
 
 /// A tension of 1 in all triangles, along fibres where there are any.
-fn units(sheet: &Sheet, fibres: Option<&[Vec3]>) -> Vec<Pull> {
+fn unit_tensions(sheet: &Sheet, fibres: Option<&[Vec3]>) -> Vec<Pull> {
     let of = |(t, corners): (usize, &[u32; 3])| {
         let Some(fibres) = fibres else { return Pull::Area(1.0) };
         let x = corners.map(|v| sheet.rest()[v as usize]);

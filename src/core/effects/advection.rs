@@ -129,11 +129,11 @@ struct AdvectionOperator {
 
 /// Areas of the cells on the shape `x`.
 fn cells(sheet: &Sheet, x: &[Vec3], area: &mut [f64]) {
-    let third = |t: usize| {
+    let third_area = |t: usize| {
         let [a, b, c] = sheet.triangles()[t].map(|v| x[v as usize]);
         (b - a).cross(&(c - a)).norm() / 6.0
     };
-    sum_at_corners(sheet, third, area);
+    sum_at_corners(sheet, third_area, area);
 }
 
 /// Φ of the edge opposite corner k of a triangle, from corner k+1 to k+2.
@@ -281,8 +281,8 @@ impl Transport for CellAdvection {
             let corners = v.map(|v| x[v]);
             let opposite = |m: usize| corners[(m + 2) % 3] - corners[(m + 1) % 3];
             let normal = opposite(0).cross(&opposite(1));
-            let double = normal.norm();
-            let normal = normal / double;
+            let double_area = normal.norm();
+            let normal = normal / double_area;
             let velocity = &self.velocity[t];
             for k in 0..3 {
                 let (i, j) = (v[(k + 1) % 3], v[(k + 2) % 3]);
@@ -300,16 +300,16 @@ impl Transport for CellAdvection {
                 for m in 0..3 {
                     let part = if m == k { 2.0 / 6.0 } else { -1.0 / 6.0 };
                     // The normal turns by -N (∇φ_m·dx).
-                    let slope = normal.cross(&opposite(m)) / double;
+                    let slope = normal.cross(&opposite(m)) / double_area;
                     let by = carried * (part * along - slope.dot(&tilt) * normal);
                     emit(i, v[m], -by / self.per(operator, i));
                     emit(j, v[m], by / self.per(operator, j));
                 }
             }
             for m in 0..3 {
-                let third = normal.cross(&opposite(m)) / 6.0;
+                let third_slope = normal.cross(&opposite(m)) / 6.0;
                 self.area_derivatives(sheet, operator, (&density, &rate), v, &mut |i, by| {
-                    emit(i, v[m], by * third);
+                    emit(i, v[m], by * third_slope);
                 });
             }
         }

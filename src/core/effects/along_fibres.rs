@@ -49,26 +49,26 @@ impl AlongFibres {
         self.triangles[t].excess
     }
 
-    /// What is added to w of triangle `t`, whose corners are at `x`, of the area `double`/2.
-    pub(super) fn weights(&self, t: usize, x: &[Vec3; 3], double: f64) -> [f64; 3] {
+    /// What is added to w of triangle `t`, whose corners are at `x`, of the area `double_area`/2.
+    pub(super) fn weights(&self, t: usize, x: &[Vec3; 3], double_area: f64) -> [f64; 3] {
         let Fibre { excess, slope } = self.triangles[t];
         let square = stretched(&slope, x).norm_squared();
-        [0, 1, 2].map(|k| -double * excess * slope[(k + 1) % 3] * slope[(k + 2) % 3] / square)
+        [0, 1, 2].map(|k| -double_area * excess * slope[(k + 1) % 3] * slope[(k + 2) % 3] / square)
     }
 
-    /// The derivatives by the corners of what is added to w_k; `by_area` are those of the area.
+    /// The derivatives by the corners of what is added to w_k; `area_slopes` are those of the area.
     pub(super) fn slopes(
         &self,
         t: usize,
         x: &[Vec3; 3],
-        (double, by_area): (f64, &[Vec3; 3]),
+        (double_area, area_slopes): (f64, &[Vec3; 3]),
         k: usize,
     ) -> [Vec3; 3] {
         let Fibre { excess, slope } = self.triangles[t];
         let along = stretched(&slope, x);
         let square = along.norm_squared();
         let factor = -2.0 * excess * slope[(k + 1) % 3] * slope[(k + 2) % 3] / square;
-        [0, 1, 2].map(|m| factor * (by_area[m] - (double * slope[m] / square) * along))
+        [0, 1, 2].map(|m| factor * (area_slopes[m] - (double_area * slope[m] / square) * along))
     }
 }
 

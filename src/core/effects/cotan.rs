@@ -15,14 +15,14 @@ struct Corners {
     /// Cotangents of its angles.
     cot: [f64; 3],
     /// A third of its area.
-    third: f64,
+    third_area: f64,
 }
 
 /// Cotangent diffusion of one species.
 #[derive(Debug)]
 pub struct Cotan {
     species: usize,
-    by: usize,
+    read_species: usize,
     /// D; 1 where it differs from triangle to triangle.
     coefficient: f64,
     /// D of the triangles where it differs, which then is part of the operator; else empty.
@@ -39,8 +39,11 @@ pub struct Cotan {
 /// The operator on one surface.
 #[derive(Debug, Default)]
 pub struct CotanOperator {
+    /// Lumped areas of the vertices.
     area: Vec<f64>,
+    /// Half the sum of the cotangents opposite every edge, weighted by the coefficients of the triangles where these differ.
     weight: Vec<f64>,
+    /// Gershgorin's bound on the moduli of the eigenvalues, for the coefficient 1.
     bound: f64,
 }
 
@@ -60,16 +63,16 @@ impl CotanOperator {
         parallel::fill(&mut corner, |t| {
             let [a, b, c] = triangles[t].map(|v| x[v as usize]);
             let (ab, bc, ca) = (b - a, c - b, a - c);
-            let double = ab.cross(&bc).norm();
-            let mut cot = [-ab.dot(&ca), -bc.dot(&ab), -ca.dot(&bc)].map(|dot| dot / double);
+            let double_area = ab.cross(&bc).norm();
+            let mut cot = [-ab.dot(&ca), -bc.dot(&ab), -ca.dot(&bc)].map(|dot| dot / double_area);
             if let Some(factor) = varying.get(t) {
                 cot = cot.map(|cot| factor * cot);
             }
             if let Some(fibres) = fibres {
-                let added = fibres.weights(t, &[a, b, c], double);
+                let added = fibres.weights(t, &[a, b, c], double_area);
                 cot.iter_mut().zip(added).for_each(|(cot, added)| *cot += added);
             }
-            Corners { cot, third: double / 6.0 }
+            Corners { cot, third_area: double_area / 6.0 }
         });
         let (corner, edges, opposite) = (&corner, sheet.edges(), sheet.triangle_edges());
         parallel::fill(&mut self.weight, |e| {
@@ -83,7 +86,7 @@ impl CotanOperator {
             let [left, right] = edges[e].triangles;
             0.5 * (cot(left) + cot(right))
         });
-        sum_at_corners(sheet, |t| corner[t].third, &mut self.area);
+        sum_at_corners(sheet, |t| corner[t].third_area, &mut self.area);
         // Gershgorin: twice the largest row sum of |w|/A.
         let (weight, area, neighbours) = (&self.weight, &self.area, sheet.vertex_edges());
         self.bound = 2.0
@@ -153,13 +156,22 @@ impl Cotan {
         });
         let area = at_rest.as_ref().filter(|_| amount).map(|at_rest| at_rest.area.clone());
         let (rest_area, frozen) = (area.unwrap_or_default(), at_rest.filter(|_| frozen));
-        Self { species, by: species, coefficient, varying, fibres, measure, rest_area, frozen }
+        Self {
+            species,
+            read_species: species,
+            coefficient,
+            varying,
+            fibres,
+            measure,
+            rest_area,
+            frozen,
+        }
     }
 
-    /// The same with the gradient of the species `by` in place of its own: cross-diffusion.
+    /// The same with the gradient of the species `read_species` in place of its own: cross-diffusion.
     #[must_use]
-    pub fn by(self, by: usize) -> Self {
-        Self { by, ..self }
+    pub fn reading(self, read_species: usize) -> Self {
+        Self { read_species, ..self }
     }
 
     /// The operator in use where that of the shape is `operator`.
@@ -173,15 +185,15 @@ impl Transport for Cotan {
     type Operator = CotanOperator;
 
     fn name(&self) -> &'static str {
-        if self.by == self.species { "diffusion" } else { "cross-diffusion" }
+        if self.read_species == self.species { "diffusion" } else { "cross-diffusion" }
     }
 
     fn species(&self) -> usize {
         self.species
     }
 
-    fn by(&self) -> usize {
-        self.by
+    fn read_species(&self) -> usize {
+        self.read_species
     }
 
     /// Of fibres the least of D along and across them.
@@ -292,37 +304,37 @@ impl Transport for Cotan {
             let factor = self.varying.get(t).copied().unwrap_or(self.coefficient);
             let v = triangle.map(|v| v as usize);
             let corners = v.map(|v| x[v]);
-            let (e, double, by_area) = edges(&corners);
+            let (e, double_area, area_slopes) = edges(&corners);
             for k in 0..3 {
                 let (i, j) = ((k + 1) % 3, (k + 2) % 3);
                 // cot θ_k drives the flow between the ends of the opposite edge.
                 let half = 0.5 * (density(v[j]) - density(v[i]));
                 let mut add = |flow: f64, slopes: [Vec3; 3]| {
-                    for (m, by) in slopes.into_iter().enumerate() {
-                        emit(v[i], v[m], (flow / per(v[i])) * by);
-                        emit(v[j], v[m], (-flow / per(v[j])) * by);
+                    for (m, slope) in slopes.into_iter().enumerate() {
+                        emit(v[i], v[m], (flow / per(v[i])) * slope);
+                        emit(v[j], v[m], (-flow / per(v[j])) * slope);
                     }
                 };
-                add(factor * half, cotangent_slopes(&e, double, &by_area, k));
+                add(factor * half, cotangent_slopes(&e, double_area, &area_slopes, k));
                 if let Some(fibres) = &self.fibres {
-                    add(half, fibres.slopes(t, &corners, (double, &by_area), k));
+                    add(half, fibres.slopes(t, &corners, (double_area, &area_slopes), k));
                 }
             }
             // Areas of the vertices: of the row, or of the densities.
             for m in 0..3 {
-                let third = by_area[m] / 3.0;
+                let third_slope = area_slopes[m] / 3.0;
                 for i in v {
                     if amount {
                         let slope = -density(i) / area[i];
                         let mut own = 0.0;
                         for &(edge, j) in neighbours.of(i) {
                             let flow = self.coefficient * weight[edge as usize] * slope;
-                            emit(j as usize, v[m], (flow / per(j as usize)) * third);
+                            emit(j as usize, v[m], (flow / per(j as usize)) * third_slope);
                             own -= flow;
                         }
-                        emit(i, v[m], (own / per(i)) * third);
+                        emit(i, v[m], (own / per(i)) * third_slope);
                     } else {
-                        emit(i, v[m], (-rate[i] / area[i]) * third);
+                        emit(i, v[m], (-rate[i] / area[i]) * third_slope);
                     }
                 }
             }
@@ -335,23 +347,28 @@ impl Transport for Cotan {
 fn edges([a, b, d]: &[Vec3; 3]) -> ([Vec3; 3], f64, [Vec3; 3]) {
     let e = [d - b, a - d, b - a];
     let normal = e[0].cross(&e[1]);
-    let double = normal.norm();
-    let normal = normal / double;
-    (e, double, e.map(|e| 0.5 * normal.cross(&e)))
+    let double_area = normal.norm();
+    let normal = normal / double_area;
+    (e, double_area, e.map(|e| 0.5 * normal.cross(&e)))
 }
 
-/// Derivatives of cot θ_k = -e_i·e_j/2A by the corners of a triangle with the edges `e`, the area `double`/2 and the
-/// derivatives `by_area` of the area.
-fn cotangent_slopes(e: &[Vec3; 3], double: f64, by_area: &[Vec3; 3], k: usize) -> [Vec3; 3] {
+/// Derivatives of cot θ_k = -e_i·e_j/2A by the corners of a triangle with the edges `e`, the area `double_area`/2 and the
+/// derivatives `area_slopes` of the area.
+fn cotangent_slopes(
+    e: &[Vec3; 3],
+    double_area: f64,
+    area_slopes: &[Vec3; 3],
+    k: usize,
+) -> [Vec3; 3] {
     let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-    let cot = -e[i].dot(&e[j]) / double;
+    let cot = -e[i].dot(&e[j]) / double_area;
     std::array::from_fn(|m| {
-        let by_dot = match (m + 3 - k) % 3 {
+        let dot_slope = match (m + 3 - k) % 3 {
             // e_i = x_k - x_j, e_j = x_i - x_k.
             0 => e[j] - e[i],
             1 => e[i],
             _ => -e[j],
         };
-        -by_dot / double - (2.0 * cot / double) * by_area[m]
+        -dot_slope / double_area - (2.0 * cot / double_area) * area_slopes[m]
     })
 }

@@ -79,7 +79,7 @@ impl EffectSpec for CrossDiffusion {
         }
         let (sheet, measure) = (context.sheet, context.measure);
         let of = |coefficient: Values| {
-            TransportTerm::new(Cotan::new(sheet, species, coefficient, measure, false).by(by))
+            TransportTerm::new(Cotan::new(sheet, species, coefficient, measure, false).reading(by))
         };
         let formula = context.coefficient_of_species(&self.coefficient, location)?;
         Ok(Effect::transport_term(match formula {

@@ -68,7 +68,7 @@ impl EffectSpec for DirectedGrowth {
             return refuse(format!("the exponent is {across}"), "a finite number");
         }
         let cos_squared = self.fibre.along_edges(context)?;
-        let direction = Direction { cos_squared, across };
+        let direction = DirectedLengthFactor { cos_squared, across };
         Ok(Effect { direction: Some(direction), ..Effect::default() })
     }
 }
@@ -77,18 +77,18 @@ crate::register_kind!(dyn EffectSpec, "directed-growth", DirectedGrowth);
 
 /// How the length factor of a law acts at every edge.
 #[derive(Debug, Clone)]
-pub struct Direction {
+pub struct DirectedLengthFactor {
     /// cos² θ.
     cos_squared: Vec<f64>,
     /// p.
     across: f64,
 }
 
-impl Direction {
+impl DirectedLengthFactor {
     /// Φ_ij of an edge with these factors along the fibre and across it, and its derivatives by both.
     #[must_use]
     #[inline]
-    pub fn at(&self, edge: usize, along: f64, across: f64) -> (f64, [f64; 2]) {
+    pub fn edge_factor(&self, edge: usize, along: f64, across: f64) -> (f64, [f64; 2]) {
         let cos_squared = self.cos_squared[edge];
         let all = (along * along * cos_squared + across * across * (1.0 - cos_squared)).sqrt();
         (all, [along * cos_squared / all, across * (1.0 - cos_squared) / all])
@@ -97,7 +97,7 @@ impl Direction {
     /// `Φ_⊥ = Φ^p` of a law with one length factor, and its derivative by that.
     #[must_use]
     #[inline]
-    pub fn across(&self, factor: f64) -> (f64, f64) {
+    pub fn factor_across(&self, factor: f64) -> (f64, f64) {
         let across = factor.powf(self.across);
         (across, self.across * across / factor)
     }

@@ -144,7 +144,7 @@ pub trait Energy: Send + Sync + 'static {
 
     /// Whether the shape `from`, which it allows at its own time, may be led along straight lines to the positions `to` at
     /// the time `at`: for energies that move in time and are infinite beyond; for [`Coupling::limits_steps`].
-    fn lets_pass(
+    fn allows_path(
         &self,
         _from: &Shape<'_>,
         _work: &mut Self::Work,
@@ -165,7 +165,7 @@ pub trait Energy: Send + Sync + 'static {
 
     /// Why `shape` can be no start, with the place, if it cannot: where the energy is infinite, or of no use; for
     /// [`Coupling::limits_steps`].
-    fn refuses(&self, _shape: &Shape<'_>, _work: &mut Self::Work) -> Option<String> {
+    fn refusal(&self, _shape: &Shape<'_>, _work: &mut Self::Work) -> Option<String> {
         None
     }
 

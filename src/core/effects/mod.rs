@@ -54,7 +54,7 @@ pub use contact::{Adhesion, Contacts, Obstacle, ObstacleShape, SelfContact, Side
 pub use cotan::{Cotan, CotanOperator};
 pub use cross_diffusion::CrossDiffusion;
 pub use diffusion::{Diffusion, DiffusionMetric, DiffusionScheme};
-pub use directed::{DirectedGrowth, Direction};
+pub use directed::{DirectedGrowth, DirectedLengthFactor};
 pub use element::{Element, Elements};
 pub(crate) use energy::{AnyEnergy, Work};
 pub use energy::{Coupling, Energy, EnergyTerm, HessianPart, LowRank, Separation, Touching};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::directed::Direction;
+use super::directed::DirectedLengthFactor;
 use super::energy::{Energy, EnergyTerm};
 use super::field::{Field, Values};
 use super::growth::LengthFactor;
@@ -240,7 +240,7 @@ pub struct Effect {
     /// Length factors that multiply those of laws.
     pub growth: Vec<LengthFactor>,
     /// A direction in which the length factor of the law acts.
-    pub direction: Option<Direction>,
+    pub direction: Option<DirectedLengthFactor>,
     /// Transports of species.
     pub transports: Vec<TransportTerm>,
     /// Values of species that are held.

@@ -49,7 +49,7 @@ impl<'a> At<'a> {
 
     /// The species that is followed.
     fn followed(&self) -> &'a [f64] {
-        self.species[self.term.by()]
+        self.species[self.term.read_species()]
     }
 
     /// Products with D at every point.
@@ -59,7 +59,7 @@ impl<'a> At<'a> {
 
     /// Where it is not finite or, of a species by itself, negative.
     fn wrong(&self) -> Option<WrongCoefficient> {
-        let crosses = self.term.by() != self.term.species();
+        let crosses = self.term.read_species() != self.term.species();
         let right = |d: f64| d.is_finite() && (crosses || d >= 0.0);
         let point = self.d.iter().position(|d| !right(*d))?;
         Some(WrongCoefficient { point, value: self.d[point] })
@@ -96,7 +96,7 @@ impl TransportTerm {
         out: &mut [f64],
     ) -> Result<(), WrongCoefficient> {
         let Some(formula) = &self.coefficient else {
-            self.add_rate(sheet, operator, species[self.by()], out);
+            self.add_rate(sheet, operator, species[self.read_species()], out);
             return Ok(());
         };
         let at = At::new(self, formula, sheet, species);
@@ -126,7 +126,7 @@ impl TransportTerm {
         species: &[&[f64]],
         emit: &mut dyn FnMut(usize, usize, usize, f64),
     ) {
-        let by = self.by();
+        let by = self.read_species();
         let Some(formula) = &self.coefficient else {
             self.entries(sheet, operator, &mut |i, j, value| emit(i, by, j, value));
             return;
@@ -158,7 +158,7 @@ impl TransportTerm {
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
         let Some(formula) = &self.coefficient else {
-            return self.shape_derivatives(sheet, operator, x, species[self.by()], emit);
+            return self.shape_derivatives(sheet, operator, x, species[self.read_species()], emit);
         };
         let at = At::new(self, formula, sheet, species);
         let followed = at.followed();

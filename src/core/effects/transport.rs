@@ -24,7 +24,7 @@ pub trait Transport: Send + Sync + 'static {
     fn species(&self) -> usize;
 
     /// Number of the species that it reads: itself, unless this is cross-diffusion or the like.
-    fn by(&self) -> usize {
+    fn read_species(&self) -> usize {
         self.species()
     }
 
@@ -133,7 +133,7 @@ pub trait AnyTransport: Send + Sync {
     fn operator(&self) -> Operator;
     fn name(&self) -> &'static str;
     fn species(&self) -> usize;
-    fn by(&self) -> usize;
+    fn read_species(&self) -> usize;
     fn has_sources(&self) -> bool;
     fn diffusivity(&self) -> Option<Values>;
     fn key(&self) -> &'static str;
@@ -172,8 +172,8 @@ impl<T: Transport> AnyTransport for Boxed<T> {
         self.0.species()
     }
 
-    fn by(&self) -> usize {
-        self.0.by()
+    fn read_species(&self) -> usize {
+        self.0.read_species()
     }
 
     fn has_sources(&self) -> bool {

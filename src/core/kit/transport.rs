@@ -112,7 +112,7 @@ fn species_exist(
 ) {
     let Some((descriptor, _)) = context.kinetics else { return };
     let count = descriptor.species.len();
-    for (does, species) in [("moves", term.species()), ("reads", term.by())] {
+    for (does, species) in [("moves", term.species()), ("reads", term.read_species())] {
         if species >= count {
             fault(format!("it {does} species number {species}, and there are {count} from 0"));
         }

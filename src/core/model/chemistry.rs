@@ -16,7 +16,7 @@ use super::mechanics::numbered;
 use super::parameters::{ParameterFields, column};
 use super::signals::Signals;
 use super::unreliable_results::Flagged;
-use crate::effects::{Direction, Held, Measure, Operator, TransportTerm};
+use crate::effects::{DirectedLengthFactor, Held, Measure, Operator, TransportTerm};
 use crate::kinetics::{
     Batch, Column, Descriptor, Feedback, Kinetics, KineticsError, Location, Signal, field,
 };
@@ -43,7 +43,7 @@ pub struct Chemistry {
     /// Which of the distinct operators each of them has.
     which: Arc<[usize]>,
     measure: Measure,
-    direction: Option<Direction>,
+    direction: Option<DirectedLengthFactor>,
     held: HeldValues,
     flagged: Flagged,
     tally: Tally,
@@ -92,7 +92,7 @@ impl Chemistry {
 
     /// The same with a direction in which its length factor acts.
     #[must_use]
-    pub fn directed(mut self, direction: Option<Direction>) -> Self {
+    pub fn directed(mut self, direction: Option<DirectedLengthFactor>) -> Self {
         self.direction = direction;
         self
     }
@@ -189,8 +189,9 @@ impl Chemistry {
         if let Some(direction) = &self.direction {
             let across = self.feedback(Feedback::FactorAcross, Location::Edge, &at_edges)?;
             parallel::update(&mut factor, |e, factor| {
-                let across = across.as_ref().map_or_else(|| direction.across(*factor).0, |a| a[e]);
-                *factor = direction.at(e, *factor, across).0;
+                let across =
+                    across.as_ref().map_or_else(|| direction.factor_across(*factor).0, |a| a[e]);
+                *factor = direction.edge_factor(e, *factor, across).0;
             });
         }
         Ok(Some(factor))
@@ -225,11 +226,11 @@ impl Chemistry {
                     let (value, by) = match &across {
                         Some((values, slopes)) => (values[e], slopes[s][e]),
                         None => {
-                            let (value, by_factor) = direction.across(factor[e]);
+                            let (value, by_factor) = direction.factor_across(factor[e]);
                             (value, by_factor * *slope)
                         }
                     };
-                    let (_, [by_along, by_across]) = direction.at(e, factor[e], value);
+                    let (_, [by_along, by_across]) = direction.edge_factor(e, factor[e], value);
                     *slope = by_along * *slope + by_across * by;
                 });
             }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::integrator::unsupported;
 use super::{Law, OnEffect, Part, Problem, ProblemError, rest_areas};
 use crate::effects::{
-    Direction, Effect, EffectContext, EffectError, Elasticity, Held, Internal, LengthFactor,
-    Prescribed, TransportTerm, Values,
+    DirectedLengthFactor, Effect, EffectContext, EffectError, Elasticity, Held, Internal,
+    LengthFactor, Prescribed, TransportTerm, Values,
 };
 use crate::geometry::VertexArea;
 use crate::kinetics::{Location, Signal, SignalRead};
@@ -22,7 +22,7 @@ pub(super) struct Bound {
     pub(super) crossing: Option<usize>,
     pub(super) held: Vec<Held>,
     pub(super) growth: Vec<LengthFactor>,
-    pub(super) direction: Option<Direction>,
+    pub(super) direction: Option<DirectedLengthFactor>,
     pub(super) internal: Vec<Box<dyn Internal>>,
 }
 
@@ -207,7 +207,8 @@ impl Problem<'_> {
             check_held(number, &all.held, &effect.held)?;
             check_internal(number, &all.internal, &effect.internal)?;
             let crosses = effect.transports.iter().any(|t| {
-                t.by() != t.species() || t.read_by_coefficient().iter().any(|s| *s != t.species())
+                t.read_species() != t.species()
+                    || t.read_by_coefficient().iter().any(|s| *s != t.species())
             });
             all.crossing = all.crossing.or(crosses.then_some(number));
             all.add(effect);

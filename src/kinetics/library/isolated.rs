@@ -103,7 +103,8 @@ impl IsolatedLibrary {
             KineticsError::Isolated(text)
         })?;
         let told = process.ask_in_words("loading", 0, &path.to_string_lossy(), None)?;
-        let about: About = serde_json::from_str(&told).map_err(|_| process.nonsense("loading"))?;
+        let about: About =
+            serde_json::from_str(&told).map_err(|_| process.invalid_answer("loading"))?;
         process.name(&about.descriptor.name);
         Ok(Arc::new(Self { process, about }))
     }

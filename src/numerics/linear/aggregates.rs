@@ -6,7 +6,7 @@
 
 use std::collections::VecDeque;
 
-use super::symmetric_rows::FullRows;
+use super::symmetric_rows::FullRowPattern;
 use crate::num::index;
 
 /// Not in an aggregate yet.
@@ -27,7 +27,7 @@ impl Aggregates {
     ///
     /// In the pattern of a sheet neighbours are up to two edges apart: aggregates have some 20
     /// vertices. Sequential, linear in the entries of the pattern.
-    pub(super) fn new(rows: &FullRows) -> Self {
+    pub(super) fn new(rows: &FullRowPattern) -> Self {
         let mut of = vec![NONE; rows.len()];
         let mut count = 0;
         for i in breadth_first(rows) {
@@ -54,7 +54,7 @@ impl Aggregates {
 }
 
 /// All nodes, part after part of the graph breadth first.
-fn breadth_first(rows: &FullRows) -> Vec<u32> {
+fn breadth_first(rows: &FullRowPattern) -> Vec<u32> {
     let mut order = Vec::with_capacity(rows.len());
     let mut seen = vec![false; rows.len()];
     let mut queue = VecDeque::new();

@@ -219,7 +219,7 @@ impl Assembly {
         let place = |k: usize| matrix.pattern.places(all[k].0 as usize).start + offset(all[k]);
         let (sum_start, sum) = match named.len() {
             0 => (Vec::new(), Vec::new()),
-            count => grouped(count, matrix.entries(), place),
+            count => grouped(count, matrix.entry_count(), place),
         };
         let rest = &all[named.len()..];
         let longest = (0..rows).map(|i| matrix.pattern.places(i).len()).max().unwrap_or(0);

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::LinearError;
-use super::{Displacements, Ilu, ShiftedJacobian, SmallLu, Sparse, SparseLu, TwoFields};
+use super::{Displacements, IluGmres, ShiftedJacobian, SmallLu, Sparse, SparseLu, TwoFields};
 use crate::tally::Tally;
 
 /// How linear systems are solved.
@@ -47,7 +47,7 @@ pub enum Factor {
     /// Sparse LU.
     Lu(Box<SparseLu>),
     /// GMRES with an incomplete factor.
-    Ilu(Box<Ilu>),
+    Ilu(Box<IluGmres>),
     /// GMRES with factors for two fields.
     Blocks(Box<TwoFields>),
 }
@@ -72,7 +72,7 @@ impl Factor {
                 Self::Small(SmallLu::default())
             }
             (LinearChoice::Lu, _) => Self::Lu(Box::new(SparseLu::new(matrix)?)),
-            _ => Self::Ilu(Box::new(Ilu::new(matrix))),
+            _ => Self::Ilu(Box::new(IluGmres::new(matrix))),
         })
     }
 

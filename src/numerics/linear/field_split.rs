@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use super::LinearError;
 use super::gmres::Krylov;
-use super::incomplete::Incomplete;
+use super::incomplete_lu::IncompleteLu;
 use super::rows::ScaledRows;
 use super::shifted::ShiftedJacobian;
 use super::{Block, BlockLdlt, BlockMatrix, BlockPattern, FrugalCholesky, Sparse};
@@ -50,7 +50,7 @@ pub struct TwoFields {
     is_positive: (bool, bool),
     right: Vec<Vec3>,
     /// Of the second field, with room for its rows.
-    rest: Option<(Incomplete, Vec<f64>)>,
+    rest: Option<(IncompleteLu, Vec<f64>)>,
     pub(super) krylov: Krylov<f64>,
     work: Vec<f64>,
 }
@@ -103,7 +103,7 @@ impl TwoFields {
             }
         }
         let n = matrix.columns();
-        let rest = (n > count).then(|| (Incomplete::new(matrix, count), vec![0.0; n - count]));
+        let rest = (n > count).then(|| (IncompleteLu::new(matrix, count), vec![0.0; n - count]));
         Ok(Self {
             right: vec![Vec3::zeros(); place.len()],
             place,
@@ -125,7 +125,7 @@ impl TwoFields {
     /// [`LinearError`] if one of them is singular.
     pub fn factorise(&mut self, matrix: ShiftedJacobian<'_>) -> Result<(), LinearError> {
         self.rows.load(matrix);
-        self.krylov.load(matrix);
+        self.krylov.set_tolerance(matrix);
         self.shape.clear();
         let Self { place, of, rows, shape, .. } = self;
         let sum = parallel::sum(of.len(), |unknown| rows.size(unknown));
@@ -187,9 +187,9 @@ impl TwoFields {
             rows.in_own_units(v);
             let (shape, species) = v.split_at_mut(of.len());
             if let Some((factor, work)) = rest {
-                factor.take(species, work);
+                factor.rhs_to_rows(species, work);
                 factor.substitute(work);
-                factor.give(work, species);
+                factor.rows_to_unknowns(work, species);
             }
             rows.subtract_tail(of.len(), species, shape);
             parallel::fill(forces, |i| {

@@ -17,11 +17,11 @@ const TOLERANCE: f64 = 1e-2;
 /// shorter, and a small residual may be that of a large error. Newton's method then fails at any step.
 const TOLERANCE_OF_EQUILIBRIUM: f64 = 1e-4;
 /// Iterations before the basis is dropped.
-const BASIS: usize = 40;
+const RESTART: usize = 40;
 /// Iterations after which the preconditioner has failed.
-const MOST: u64 = 400;
+const MOST_ITERATIONS: u64 = 400;
 /// Vectors of a kind that are kept for the next system: few systems need more.
-const KEPT: usize = 8;
+const KEPT_VECTORS: usize = 8;
 
 /// Numbers of a vector that one thread works on at a time.
 const PIECE: usize = 4096;
@@ -33,17 +33,17 @@ pub fn norm(v: &[f64]) -> f64 {
 
 /// Scalar product: pieces in parallel, added in a fixed order.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    product(a, b)
+    mixed_dot(a, b)
 }
 
 /// The same with `b` in whatever precision.
-fn product<T: Copy + Into<f64> + Sync>(a: &[f64], b: &[T]) -> f64 {
+fn mixed_dot<T: Copy + Into<f64> + Sync>(a: &[f64], b: &[T]) -> f64 {
     if a.len() <= PIECE {
         return piece(a, b);
     }
     let (first, last) = a.split_at(half(a.len()));
     let (other, rest) = b.split_at(first.len());
-    let (first, last) = rayon::join(|| product(first, other), || product(last, rest));
+    let (first, last) = rayon::join(|| mixed_dot(first, other), || mixed_dot(last, rest));
     first + last
 }
 
@@ -70,7 +70,7 @@ fn half(n: usize) -> usize {
 }
 
 /// `w ← w - h v`, and then `w·next`, or `w·w`.
-fn subtract_and_dot<T: Kept>(w: &mut [f64], h: f64, v: &[T], next: Option<&[T]>) -> f64 {
+fn subtract_and_dot<T: StoredScalar>(w: &mut [f64], h: f64, v: &[T], next: Option<&[T]>) -> f64 {
     if w.len() <= PIECE {
         w.iter_mut().zip(v).for_each(|(w, v)| *w -= h * (*v).into());
         return next.map_or_else(|| piece(w, w), |next| piece(w, next));
@@ -90,24 +90,24 @@ fn subtract_and_dot<T: Kept>(w: &mut [f64], h: f64, v: &[T], next: Option<&[T]>)
 
 /// How vectors are kept. In single precision only where the unknowns of a row count alike: what is lost of a soft mode
 /// of a sheet would be a large force.
-pub(super) trait Kept: Copy + Default + Into<f64> + Send + Sync {
+pub(super) trait StoredScalar: Copy + Default + Into<f64> + Send + Sync {
     /// Whether digits are lost; then memory counts, and the basis alone is kept.
-    const ROUNDS: bool;
+    const LOSES_DIGITS: bool;
 
     /// From double precision.
     fn of(value: f64) -> Self;
 }
 
-impl Kept for f64 {
-    const ROUNDS: bool = false;
+impl StoredScalar for f64 {
+    const LOSES_DIGITS: bool = false;
 
     fn of(value: f64) -> Self {
         value
     }
 }
 
-impl Kept for f32 {
-    const ROUNDS: bool = true;
+impl StoredScalar for f32 {
+    const LOSES_DIGITS: bool = true;
 
     fn of(value: f64) -> Self {
         single(value)
@@ -116,25 +116,25 @@ impl Kept for f32 {
 
 /// Room for the vectors, kept from one system to the next.
 #[derive(Default)]
-pub(super) struct Krylov<T: Kept> {
+pub(super) struct Krylov<T: StoredScalar> {
     /// Whether rows without storage are among those of the last matrix.
     equilibrium: bool,
     basis: Vec<Vec<T>>,
     /// The basis after the preconditioner, in the flexible form.
-    changed: Vec<Vec<T>>,
+    preconditioned_basis: Vec<Vec<T>>,
     /// The vector that becomes the next of the basis.
     next: Vec<f64>,
     /// Of the last system.
     pub(super) iterations: u64,
 }
 
-impl<T: Kept> Krylov<T> {
+impl<T: StoredScalar> Krylov<T> {
     /// Takes from a matrix how exact its solutions have to be.
-    pub(super) fn load(&mut self, matrix: ShiftedJacobian<'_>) {
+    pub(super) fn set_tolerance(&mut self, matrix: ShiftedJacobian<'_>) {
         self.equilibrium = !matrix.has_no_algebraic_rows();
     }
 
-    /// Solves `A x = b`, from x = 0; `x` is b before and the solution after. `changed` is memory of the same size.
+    /// Solves `A x = b`, from x = 0; `x` is b before and the solution after. `preconditioned` is memory of the same size.
     ///
     /// # Errors
     /// [`LinearError`] if the residual does not fall far enough.
@@ -143,11 +143,11 @@ impl<T: Kept> Krylov<T> {
         multiply: impl FnMut(&[f64], &mut [f64]),
         precondition: impl FnMut(&mut [f64]),
         x: &mut [f64],
-        changed: &mut [f64],
+        preconditioned: &mut [f64],
     ) -> Result<(), LinearError> {
-        let result = self.iterate(multiply, precondition, x, changed);
-        self.basis.truncate(KEPT);
-        self.changed.truncate(KEPT);
+        let result = self.iterate(multiply, precondition, x, preconditioned);
+        self.basis.truncate(KEPT_VECTORS);
+        self.preconditioned_basis.truncate(KEPT_VECTORS);
         result
     }
 
@@ -156,7 +156,7 @@ impl<T: Kept> Krylov<T> {
         mut multiply: impl FnMut(&[f64], &mut [f64]),
         mut precondition: impl FnMut(&mut [f64]),
         x: &mut [f64],
-        changed: &mut [f64],
+        preconditioned: &mut [f64],
     ) -> Result<(), LinearError> {
         // The residual, where a basis begins.
         self.next.clear();
@@ -171,23 +171,24 @@ impl<T: Kept> Krylov<T> {
             if size <= goal {
                 return Ok(());
             }
-            if self.iterations >= MOST || !size.is_finite() {
+            if self.iterations >= MOST_ITERATIONS || !size.is_finite() {
                 return Err(LinearError::new(format!(
                     "the linear solver has a residual of {:.1e} after {} iterations",
                     size / (goal / tolerance),
                     self.iterations
                 )));
             }
-            let triangle = self.arnoldi(&mut multiply, &mut precondition, changed, (size, goal));
-            let (y, left) = (triangle.solve(), triangle.residual());
+            let hessenberg =
+                self.arnoldi(&mut multiply, &mut precondition, preconditioned, (size, goal));
+            let (y, left) = (hessenberg.solve(), hessenberg.residual());
             // Of vectors that were rounded the residual is computed where it is to be small.
-            let known = !(T::ROUNDS && self.equilibrium);
+            let known = !(T::LOSES_DIGITS && self.equilibrium);
             let done = known && left <= goal && y.iter().all(|y| y.is_finite());
             if b.is_none() {
                 b = (!done).then(|| x.to_vec());
                 x.fill(0.0);
             }
-            self.add(&y, &mut precondition, x, changed);
+            self.add(&y, &mut precondition, x, preconditioned);
             let Some(b) = b.as_ref().filter(|_| !done) else { return Ok(()) };
             multiply(x, &mut self.next);
             parallel::update(&mut self.next, |i, r| *r = b[i] - *r);
@@ -201,36 +202,37 @@ impl<T: Kept> Krylov<T> {
         &mut self,
         multiply: &mut impl FnMut(&[f64], &mut [f64]),
         precondition: &mut impl FnMut(&mut [f64]),
-        changed: &mut [f64],
+        preconditioned: &mut [f64],
         (size, goal): (f64, f64),
-    ) -> Triangle {
-        let n = changed.len();
-        let Self { basis: all, changed: all_changed, next, iterations, .. } = self;
+    ) -> TriangularHessenberg {
+        let n = preconditioned.len();
+        let Self { basis: all, preconditioned_basis: all_preconditioned, next, iterations, .. } =
+            self;
         parallel::fill(room(all, 0, n), |i| T::of(next[i] / size));
-        let mut triangle = Triangle::new(size);
-        for k in 0..BASIS {
+        let mut hessenberg = TriangularHessenberg::new(size);
+        for k in 0..RESTART {
             let basis = &all[k];
-            parallel::fill(changed, |i| basis[i].into());
-            precondition(changed);
-            if !T::ROUNDS {
-                parallel::fill(room(all_changed, k, n), |i| T::of(changed[i]));
+            parallel::fill(preconditioned, |i| basis[i].into());
+            precondition(preconditioned);
+            if !T::LOSES_DIGITS {
+                parallel::fill(room(all_preconditioned, k, n), |i| T::of(preconditioned[i]));
             }
-            multiply(changed, next);
+            multiply(preconditioned, next);
             *iterations += 1;
             let known = &all[..=k];
-            let mut column = vec![product(next, &known[0])];
+            let mut column = vec![mixed_dot(next, &known[0])];
             for i in 0..=k {
                 let then = known.get(i + 1).map(Vec::as_slice);
                 column.push(subtract_and_dot(next, column[i], &known[i], then));
             }
             let last = column.pop().unwrap_or_default().sqrt();
-            let left = triangle.push(column, last);
+            let left = hessenberg.push(column, last);
             if left <= goal || last == 0.0 || !last.is_finite() {
                 break;
             }
             parallel::fill(room(all, k + 1, n), |i| T::of(next[i] / last));
         }
-        triangle
+        hessenberg
     }
 
     /// Adds the sum of the basis with the weights `y` to `x`, after the preconditioner.
@@ -239,29 +241,29 @@ impl<T: Kept> Krylov<T> {
         y: &[f64],
         precondition: &mut impl FnMut(&mut [f64]),
         x: &mut [f64],
-        changed: &mut [f64],
+        preconditioned: &mut [f64],
     ) {
         let sum = |of: &[Vec<T>], i: usize| -> f64 {
             of[..y.len()].iter().zip(y).map(|(v, y)| y * v[i].into()).sum()
         };
-        if T::ROUNDS {
-            parallel::fill(changed, |i| sum(&self.basis, i));
-            precondition(changed);
-            parallel::update(x, |i, x| *x += changed[i]);
+        if T::LOSES_DIGITS {
+            parallel::fill(preconditioned, |i| sum(&self.basis, i));
+            precondition(preconditioned);
+            parallel::update(x, |i, x| *x += preconditioned[i]);
         } else {
-            parallel::update(x, |i, x| *x += sum(&self.changed, i));
+            parallel::update(x, |i, x| *x += sum(&self.preconditioned_basis, i));
         }
     }
 }
 
 /// The Hessenberg matrix of a basis, made triangular by Givens rotations as it grows, with its right-hand side.
-struct Triangle {
+struct TriangularHessenberg {
     columns: Vec<Vec<f64>>,
     rotations: Vec<(f64, f64)>,
     right: Vec<f64>,
 }
 
-impl Triangle {
+impl TriangularHessenberg {
     /// For a residual of this `size`.
     fn new(size: f64) -> Self {
         Self { columns: Vec::new(), rotations: Vec::new(), right: vec![size] }
@@ -305,7 +307,7 @@ impl Triangle {
 }
 
 /// Vector number `k`, made if there is none.
-fn room<T: Kept>(all: &mut Vec<Vec<T>>, k: usize, n: usize) -> &mut Vec<T> {
+fn room<T: StoredScalar>(all: &mut Vec<Vec<T>>, k: usize, n: usize) -> &mut Vec<T> {
     while all.len() <= k {
         all.push(Vec::new());
     }

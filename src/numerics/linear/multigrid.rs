@@ -22,7 +22,7 @@ use std::sync::Arc;
 
 use super::LinearError;
 use super::prolongator::{Motions, Prolongator};
-use super::symmetric_rows::{FullRows, SingleRows};
+use super::symmetric_rows::{FullRowPattern, SinglePrecisionRows};
 use super::{Block, BlockCholesky, BlockMatrix, BlockPattern, NotPositive};
 use crate::Vec3;
 use crate::num::real;
@@ -46,8 +46,8 @@ const SHIFT: (f64, f64, f64) = (1e-9, 100.0, 1e-3);
 
 /// One level above the coarsest; an aggregate has M motions, which become N = M/3 nodes.
 struct Level<const N: usize, const M: usize> {
-    rows: FullRows,
-    single: SingleRows,
+    rows: FullRowPattern,
+    single: SinglePrecisionRows,
     /// D⁻¹.
     inverse: Vec<Block>,
     /// Largest eigenvalue of D⁻¹A, or a little more.
@@ -61,11 +61,11 @@ struct Level<const N: usize, const M: usize> {
 
 impl<const N: usize, const M: usize> Level<N, M> {
     fn new(pattern: &BlockPattern) -> Self {
-        let rows = FullRows::new(pattern);
+        let rows = FullRowPattern::new(pattern);
         let prolongator = Prolongator::new(&rows);
         let n = rows.len();
         Self {
-            single: SingleRows::default(),
+            single: SinglePrecisionRows::default(),
             inverse: vec![Block::zeros(); n],
             largest: 0.0,
             coarse: BlockMatrix::zeros(Arc::new(prolongator.coarse_pattern())),

@@ -16,7 +16,7 @@ use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
 use super::aggregates::Aggregates;
-use super::symmetric_rows::{FullRows, split};
+use super::symmetric_rows::{FullRowPattern, split};
 use super::{Block, BlockMatrix, BlockPattern};
 use crate::Vec3;
 use crate::num::index;
@@ -75,7 +75,7 @@ pub(super) struct Prolongator<const N: usize, const M: usize> {
 
 impl<const N: usize, const M: usize> Prolongator<N, M> {
     /// Aggregates the nodes of `rows` and finds which blocks exist.
-    pub(super) fn new(rows: &FullRows) -> Self {
+    pub(super) fn new(rows: &FullRowPattern) -> Self {
         let aggregates = Aggregates::new(rows);
         let mut scratch = Vec::new();
         let mut row = Lists::new();
@@ -127,7 +127,7 @@ impl<const N: usize, const M: usize> Prolongator<N, M> {
     /// `motions` become those of the tentative prolongator. `damping` is ω.
     pub(super) fn smooth(
         &mut self,
-        rows: &FullRows,
+        rows: &FullRowPattern,
         matrix: &BlockMatrix,
         inverse: &[Block],
         damping: f64,
@@ -185,7 +185,7 @@ impl<const N: usize, const M: usize> Prolongator<N, M> {
     /// `A_c = Pᵀ A P`; unknowns of motions that an aggregate does not have get the mean stiffness.
     pub(super) fn coarse_matrix(
         &self,
-        rows: &FullRows,
+        rows: &FullRowPattern,
         matrix: &BlockMatrix,
         into: &mut BlockMatrix,
     ) {
@@ -217,7 +217,7 @@ impl<const N: usize, const M: usize> Prolongator<N, M> {
     }
 
     /// Blocks (a, b) of the coarse matrix, b as in `coupled`.
-    fn coarse_row(&self, rows: &FullRows, matrix: &BlockMatrix, a: usize) -> Vec<Pairs<M>> {
+    fn coarse_row(&self, rows: &FullRowPattern, matrix: &BlockMatrix, a: usize) -> Vec<Pairs<M>> {
         let columns = self.coupled.of(a);
         let mut sums = vec![Pairs::<M>::zeros(); columns.len()];
         for &k in self.reach.of(a) {

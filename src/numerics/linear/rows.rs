@@ -20,7 +20,7 @@ pub(super) struct ScaledRows {
 impl ScaledRows {
     /// For matrices of this pattern.
     pub(super) fn new(pattern: &Arc<Pattern>) -> Self {
-        let (value, size) = (vec![0.0; pattern.entries()], vec![1.0; pattern.rows()]);
+        let (value, size) = (vec![0.0; pattern.entry_count()], vec![1.0; pattern.rows()]);
         Self { pattern: Arc::clone(pattern), value, size }
     }
 

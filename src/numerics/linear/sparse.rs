@@ -50,7 +50,7 @@ impl Pattern {
 
     /// Number of entries.
     #[must_use]
-    pub fn entries(&self) -> usize {
+    pub fn entry_count(&self) -> usize {
         self.column.len()
     }
 
@@ -122,7 +122,7 @@ pub struct Sparse {
 
 impl Sparse {
     pub(super) fn zeros(pattern: Pattern) -> Self {
-        let value = StoredValues::Double(vec![0.0; pattern.entries()]);
+        let value = StoredValues::Double(vec![0.0; pattern.entry_count()]);
         Self { value, pattern: Arc::new(pattern), strips: None }
     }
 
@@ -131,7 +131,7 @@ impl Sparse {
         let block = Block { pattern, first: 0 };
         let strips = Strips::new(block);
         let pattern = strips.reorder(block);
-        let all = vec![0.0; pattern.entries()];
+        let all = vec![0.0; pattern.entry_count()];
         let value = StoredValues::Single { all, scale: 1.0, measured: false };
         Self { value, pattern: Arc::new(pattern), strips: Some(Arc::new(strips)) }
     }
@@ -181,8 +181,8 @@ impl Sparse {
 
     /// Number of entries in the pattern.
     #[must_use]
-    pub fn entries(&self) -> usize {
-        self.pattern.entries()
+    pub fn entry_count(&self) -> usize {
+        self.pattern.entry_count()
     }
 
     /// Which entries there are.
@@ -215,7 +215,7 @@ impl Sparse {
     /// The largest size of an entry.
     #[must_use]
     pub fn largest(&self) -> f64 {
-        (0..self.entries()).fold(0.0, |most: f64, place| most.max(self.value(place).abs()))
+        (0..self.entry_count()).fold(0.0, |most: f64, place| most.max(self.value(place).abs()))
     }
 
     /// Multiplies every row by the number of its unknown.
@@ -250,8 +250,8 @@ impl Sparse {
             start[j + 1] += start[j];
         }
         let mut next = start.clone();
-        let mut row = vec![0usize; self.entries()];
-        let mut place = vec![0u32; self.entries()];
+        let mut row = vec![0usize; self.entry_count()];
+        let mut place = vec![0u32; self.entry_count()];
         for i in 0..self.rows() {
             for k in pattern.places(i) {
                 let at = &mut next[pattern.column[k] as usize];
@@ -286,7 +286,7 @@ impl SumOfProduct {
             row.sort_unstable();
             row.iter().for_each(|&j| seen[j as usize] = false);
         };
-        Self(Sparse::zeros(Pattern::new(a.columns(), a.rows(), a.entries(), row)))
+        Self(Sparse::zeros(Pattern::new(a.columns(), a.rows(), a.entry_count(), row)))
     }
 
     /// Computes the values.

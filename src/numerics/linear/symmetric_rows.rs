@@ -15,13 +15,13 @@ use crate::num::index;
 use crate::parallel;
 
 /// Columns of whole rows, and where their blocks are stored.
-pub(super) struct FullRows {
+pub(super) struct FullRowPattern {
     start: Vec<usize>,
     column: Vec<u32>,
     place: Vec<u32>,
 }
 
-impl FullRows {
+impl FullRowPattern {
     /// Mirrors `pattern`.
     pub(super) fn new(pattern: &BlockPattern) -> Self {
         let n = pattern.rows();
@@ -85,39 +85,39 @@ impl FullRows {
 
 /// A copy of a matrix in single precision, by whole rows.
 #[derive(Default)]
-pub(super) struct SingleRows {
-    value: Singles,
+pub(super) struct SinglePrecisionRows {
+    value: SinglePrecisionBlocks,
     /// What the entries were divided by: single precision has a narrow range.
     unit: f64,
 }
 
 /// Blocks of space, or of a plane.
-enum Singles {
+enum SinglePrecisionBlocks {
     Space(Vec<Matrix3<f32>>),
     Plane(Vec<Matrix2<f32>>),
 }
 
-impl Default for Singles {
+impl Default for SinglePrecisionBlocks {
     fn default() -> Self {
         Self::Space(Vec::new())
     }
 }
 
-impl SingleRows {
+impl SinglePrecisionRows {
     /// Copies `matrix`.
-    pub(super) fn load(&mut self, rows: &FullRows, matrix: &BlockMatrix) {
+    pub(super) fn load(&mut self, rows: &FullRowPattern, matrix: &BlockMatrix) {
         self.unit = matrix.mean_diagonal();
         let scale = self.unit.recip();
         let count = rows.column.len();
-        if matrix.pattern().is_planar() && !matches!(self.value, Singles::Plane(_)) {
-            self.value = Singles::Plane(Vec::new());
+        if matrix.pattern().is_planar() && !matches!(self.value, SinglePrecisionBlocks::Plane(_)) {
+            self.value = SinglePrecisionBlocks::Plane(Vec::new());
         }
         match &mut self.value {
-            Singles::Space(all) => {
+            SinglePrecisionBlocks::Space(all) => {
                 all.resize(count, Matrix3::zeros());
                 copy(rows, matrix, all, |block| (scale * block).cast());
             }
-            Singles::Plane(all) => {
+            SinglePrecisionBlocks::Plane(all) => {
                 all.resize(count, Matrix2::zeros());
                 let corner = |block: Block| block.fixed_view::<2, 2>(0, 0).into_owned();
                 copy(rows, matrix, all, |block| (scale * corner(block)).cast());
@@ -127,24 +127,24 @@ impl SingleRows {
 
     pub(super) fn bytes(&self) -> usize {
         match &self.value {
-            Singles::Space(all) => size_of_val(&**all),
-            Singles::Plane(all) => size_of_val(&**all),
+            SinglePrecisionBlocks::Space(all) => size_of_val(&**all),
+            SinglePrecisionBlocks::Plane(all) => size_of_val(&**all),
         }
     }
 
     /// Row `i` of the product with `x`.
-    pub(super) fn times(&self, rows: &FullRows, i: usize, x: &[Vec3]) -> Vec3 {
+    pub(super) fn times(&self, rows: &FullRowPattern, i: usize, x: &[Vec3]) -> Vec3 {
         let range = rows.start[i]..rows.start[i + 1];
         let columns = rows.row(i).iter();
         match &self.value {
-            Singles::Space(all) => {
+            SinglePrecisionBlocks::Space(all) => {
                 let mut sum = Vec3::zeros();
                 for (j, block) in columns.zip(&all[range]) {
                     sum += block.cast::<f64>() * x[*j as usize];
                 }
                 self.unit * sum
             }
-            Singles::Plane(all) => {
+            SinglePrecisionBlocks::Plane(all) => {
                 let mut sum = Vector2::zeros();
                 for (j, block) in columns.zip(&all[range]) {
                     sum += block.cast::<f64>() * x[*j as usize].xy();
@@ -157,7 +157,7 @@ impl SingleRows {
 
 /// Writes what `of` makes of every block, by whole rows.
 fn copy<T: Send>(
-    rows: &FullRows,
+    rows: &FullRowPattern,
     matrix: &BlockMatrix,
     into: &mut [T],
     of: impl Fn(Block) -> T + Sync,

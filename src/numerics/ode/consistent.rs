@@ -16,7 +16,7 @@ use crate::linear::Shifted;
 /// Largest change, in units of the tolerance of a displacement or another unknown, that counts as none.
 const STILL: f64 = 0.1;
 /// Iterations after which the start stays as it was.
-const MOST: usize = 20;
+const MOST_ITERATIONS: usize = 20;
 
 /// Brings the unknowns of `y` that have no storage to where `F = 0`. Where Newton's method does not
 /// lead there, `y` stays as it was: the integrator may still get away from it. `newton` is memory that
@@ -35,7 +35,7 @@ pub(super) fn make_consistent(
     let mut change = vec![0.0; y.len()];
     let mut last = f64::INFINITY;
     let grouping = Grouping::new(options.displacements.as_ref());
-    for iteration in 0..MOST {
+    for iteration in 0..MOST_ITERATIONS {
         // Beyond the start Newton's method may come to where nothing can be evaluated.
         let forgive = |error: OdeError| match error.is_recoverable() && iteration > 0 {
             true => Ok(()),

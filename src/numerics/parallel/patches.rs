@@ -10,7 +10,7 @@ use crate::num::index;
 
 /// Vertices per block. Larger blocks compute fewer elements twice (a sheet's block of n vertices
 /// has some 4√n elements on its border), smaller ones stay in the first-level cache.
-pub const BLOCK: usize = 1024;
+pub const VERTICES_PER_BLOCK: usize = 1024;
 
 /// Four elements of K corners.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,7 +19,7 @@ pub struct Group<const K: usize> {
     pub element: [u32; LANES],
     /// Vertices, corner by corner.
     pub vertex: [[u32; LANES]; K],
-    /// Where in the block each corner is summed; [`BLOCK`] for vertices of other blocks.
+    /// Where in the block each corner is summed; [`VERTICES_PER_BLOCK`] for vertices of other blocks.
     target: [[u16; LANES]; K],
     /// How many of the four are counted in a total: each element is in one block only.
     counted: u8,
@@ -35,13 +35,13 @@ pub struct Patches<const K: usize> {
 /// Four numbers that are summed together, in one register.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[repr(align(32))]
-pub struct Quad(pub [f64; LANES]);
+pub struct F64x4(pub [f64; LANES]);
 
 /// What four elements give to their corners.
 pub trait Kernel<const K: usize, const Q: usize>: Sync {
     /// The numbers to total and 4Q numbers for each corner of `group`. Implementations should be
     /// `#[inline(always)]`.
-    fn at<S: Simd>(&self, simd: S, group: &Group<K>) -> (S::Lanes, Corners<S::Lanes, K, Q>);
+    fn evaluate<S: Simd>(&self, simd: S, group: &Group<K>) -> (S::Lanes, Corners<S::Lanes, K, Q>);
 }
 
 /// For each of K corners Q times four numbers, for four elements at once.
@@ -52,10 +52,10 @@ impl<const K: usize> Patches<K> {
     #[must_use]
     pub fn new(vertices: usize, elements: &[[u32; K]], counts: impl Fn(&[u32; K]) -> bool) -> Self {
         // The elements of which the block has the first vertex and which are counted, and the others.
-        let mut own: Vec<Vec<u32>> = vec![Vec::new(); vertices.div_ceil(BLOCK)];
+        let mut own: Vec<Vec<u32>> = vec![Vec::new(); vertices.div_ceil(VERTICES_PER_BLOCK)];
         let mut foreign = own.clone();
         for (number, corners) in elements.iter().enumerate() {
-            let blocks = corners.map(|v| v as usize / BLOCK);
+            let blocks = corners.map(|v| v as usize / VERTICES_PER_BLOCK);
             let first = if counts(corners) { &mut own } else { &mut foreign };
             first[blocks[0]].push(index(number));
             for k in 1..K {
@@ -79,12 +79,12 @@ impl<const K: usize> Patches<K> {
         &self,
         kernel: &impl Kernel<K, Q>,
         out: &mut [T],
-        write: impl Fn(&mut T, &[Quad; Q]) + Sync,
+        write: impl Fn(&mut T, &[F64x4; Q]) + Sync,
     ) -> f64 {
         debug_assert_eq!(out.len(), self.vertices);
         split(&self.block, out, &|groups: &[Group<K>], mine: &mut [T]| {
             // One place more than there are vertices: what belongs to other blocks.
-            let mut sum = [[Quad::default(); Q]; BLOCK + 1];
+            let mut sum = [[F64x4::default(); Q]; VERTICES_PER_BLOCK + 1];
             let total = dispatch(OneBlock { groups, kernel, sum: &mut sum });
             for (place, sum) in mine.iter_mut().zip(&sum) {
                 write(place, sum);
@@ -97,7 +97,13 @@ impl<const K: usize> Patches<K> {
     pub fn total(&self, kernel: &impl Kernel<K, 0>) -> f64 {
         super::reduce(
             self.block.len(),
-            &|b| dispatch(OneBlock { groups: &self.block[b], kernel, sum: &mut [[]; BLOCK + 1] }),
+            &|b| {
+                dispatch(OneBlock {
+                    groups: &self.block[b],
+                    kernel,
+                    sum: &mut [[]; VERTICES_PER_BLOCK + 1],
+                })
+            },
             &|a, b| a + b,
         )
         .unwrap_or(0.0)
@@ -110,13 +116,16 @@ fn group<const K: usize>(
     elements: &[[u32; K]],
     counts: bool,
 ) -> Group<K> {
-    let outside = BLOCK;
+    let outside = VERTICES_PER_BLOCK;
     let at = |lane: usize| four[lane.min(four.len() - 1)];
     let corner = |k: usize, lane: usize| elements[at(lane) as usize][k];
     let target = |k: usize, lane: usize| {
         let v = corner(k, lane) as usize;
-        let place =
-            if lane < four.len() && v / BLOCK == block { v - block * BLOCK } else { outside };
+        let place = if lane < four.len() && v / VERTICES_PER_BLOCK == block {
+            v - block * VERTICES_PER_BLOCK
+        } else {
+            outside
+        };
         u16::try_from(place).unwrap_or(u16::MAX)
     };
     Group {
@@ -130,7 +139,7 @@ fn group<const K: usize>(
 struct OneBlock<'a, const K: usize, const Q: usize, F> {
     groups: &'a [Group<K>],
     kernel: &'a F,
-    sum: &'a mut [[Quad; Q]; BLOCK + 1],
+    sum: &'a mut [[F64x4; Q]; VERTICES_PER_BLOCK + 1],
 }
 
 impl<const K: usize, const Q: usize, F: Kernel<K, Q>> Task for OneBlock<'_, K, Q, F> {
@@ -141,7 +150,7 @@ impl<const K: usize, const Q: usize, F: Kernel<K, Q>> Task for OneBlock<'_, K, Q
         let mut total = simd.splat(0.0);
         let mut rest = 0.0;
         for group in self.groups {
-            let (term, corner) = self.kernel.at(simd, group);
+            let (term, corner) = self.kernel.evaluate(simd, group);
             if usize::from(group.counted) == LANES {
                 total = total + term;
             } else if group.counted > 0 {
@@ -154,8 +163,8 @@ impl<const K: usize, const Q: usize, F: Kernel<K, Q>> Task for OneBlock<'_, K, Q
                     let value = simd.transpose(corner[k][q]);
                     for lane in 0..LANES {
                         // The minimum changes nothing; it tells the compiler that the place exists.
-                        let place = usize::from(group.target[k][lane]).min(BLOCK);
-                        let Quad(place) = &mut self.sum[place][q];
+                        let place = usize::from(group.target[k][lane]).min(VERTICES_PER_BLOCK);
+                        let F64x4(place) = &mut self.sum[place][q];
                         *place = (simd.load(*place) + value[lane]).array();
                     }
                 }
@@ -178,7 +187,7 @@ fn split<const K: usize, T: Send>(
         _ => {
             let middle = block.len() / 2;
             let (low, high) = block.split_at(middle);
-            let (left, right) = out.split_at_mut(middle * BLOCK);
+            let (left, right) = out.split_at_mut(middle * VERTICES_PER_BLOCK);
             let (a, b) = rayon::join(|| split(low, left, f), || split(high, right, f));
             a + b
         }

@@ -20,7 +20,7 @@ use crate::scene::Scene;
 /// What a scene calls for.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Explanation {
-    /// The scene's file.
+    /// The name of the scene's file.
     pub scene: String,
     /// Its parts, by subject.
     pub sections: Vec<Section>,

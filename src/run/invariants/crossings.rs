@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::{Invariant, Said, Step};
+use super::{Invariant, Reading, Step};
 use crate::Vec3;
 use crate::geometry::Crossings;
 use crate::model::State;
@@ -32,10 +32,10 @@ impl Look {
     }
 
     /// What there is to say of the way to `state`.
-    fn said(&mut self, state: &State) -> Said {
+    fn reading(&mut self, state: &State) -> Reading {
         self.see(&state.x);
         let (pairs, place) = std::mem::take(&mut self.worst);
-        Said { row: vec![real(pairs)], value: real(pairs), place, memory: Vec::new() }
+        Reading { row: vec![real(pairs)], value: real(pairs), place, memory: Vec::new() }
     }
 }
 
@@ -80,12 +80,12 @@ impl Invariant for NoCrossings {
         vec!["crossings [pairs of triangles]".into()]
     }
 
-    fn begin(&mut self, _: &mut Workspace, state: &State) -> Result<Said> {
-        Ok(on(&self.0, |look| look.said(state)))
+    fn begin(&mut self, _: &mut Workspace, state: &State) -> Result<Reading> {
+        Ok(on(&self.0, |look| look.reading(state)))
     }
 
-    fn look(&mut self, step: &mut Step<'_>, _: &[f64]) -> Result<Said> {
-        Ok(on(&self.0, |look| look.said(step.after)))
+    fn inspect(&mut self, step: &mut Step<'_>, _: &[f64]) -> Result<Reading> {
+        Ok(on(&self.0, |look| look.reading(step.after)))
     }
 }
 
@@ -109,10 +109,15 @@ mod tests {
         let (mut watcher, end) = (Watcher(Arc::clone(&look)), x(0.5));
         let state = State { time: 0.0, step: 0, x: end.into(), ..State::default() };
         watcher.see(&x(-0.5));
-        let said = on(&look, |look| look.said(&state));
-        assert!(said.value == 1.0 && !said.place.is_empty(), "{} {}", said.value, said.place);
+        let reading = on(&look, |look| look.reading(&state));
+        assert!(
+            reading.value == 1.0 && !reading.place.is_empty(),
+            "{} {}",
+            reading.value,
+            reading.place
+        );
         watcher.see(&x(-0.5));
         watcher.begin();
-        assert_eq!(on(&look, |look| look.said(&state)).value, 0.0);
+        assert_eq!(on(&look, |look| look.reading(&state)).value, 0.0);
     }
 }

@@ -7,7 +7,7 @@ use super::energy::EnergyBalance;
 use super::forces::FreeBalance;
 use super::topology::GaussBonnet;
 use super::totals::Total;
-use super::{Broken, Invariant, Said, Step};
+use super::{Broken, Invariant, Reading, Step};
 use crate::Stepper;
 use crate::model::State;
 use crate::record::{Malformed, Record};
@@ -86,28 +86,28 @@ impl Listed {
     }
 
     /// Whether the limit is passed; a value that is none passes every limit.
-    fn breaks(&self, said: &Said) -> bool {
-        self.limit.is_some_and(|limit| !(said.value <= limit))
+    fn breaks(&self, reading: &Reading) -> bool {
+        self.limit.is_some_and(|limit| !(reading.value <= limit))
     }
 
-    fn broken(&self, said: Said, time: f64) -> Broken {
+    fn broken(&self, reading: Reading, time: f64) -> Broken {
         Broken {
             law: self.invariant.name(),
             key: self.key.clone(),
-            value: said.value,
+            value: reading.value,
             limit: self.limit.unwrap_or_default(),
-            place: said.place,
+            place: reading.place,
             time,
             step: None,
             advice: self.invariant.advice(),
         }
     }
 
-    fn accept(&mut self, said: Said, time: f64) {
-        if !(said.value <= self.worst.0) {
-            self.worst = (said.value, time);
+    fn accept(&mut self, reading: Reading, time: f64) {
+        if !(reading.value <= self.worst.0) {
+            self.worst = (reading.value, time);
         }
-        (self.row, self.memory) = (said.row, said.memory);
+        (self.row, self.memory) = (reading.row, reading.memory);
     }
 }
 
@@ -182,11 +182,11 @@ impl Invariants {
             return Ok(());
         }
         for listed in &mut self.all {
-            let said = listed.invariant.begin(workspace, state)?;
-            if listed.breaks(&said) {
-                return Err(listed.broken(said, state.time).into());
+            let reading = listed.invariant.begin(workspace, state)?;
+            if listed.breaks(&reading) {
+                return Err(listed.broken(reading, state.time).into());
             }
-            listed.accept(said, state.time);
+            listed.accept(reading, state.time);
         }
         self.begun = true;
         Ok(())
@@ -230,7 +230,7 @@ impl Invariants {
                 }
                 Err(error) => return Err(error.into()),
             };
-            match self.look(workspace, &before, state) {
+            match self.inspect(workspace, &before, state) {
                 Ok(None) => {
                     self.grow();
                     report.reason = report.reason.or(reason.map(|broken| broken.to_string()));
@@ -282,7 +282,7 @@ impl Invariants {
     }
 
     /// What breaks a limit between two states; nothing, and all is taken over, if the step may be accepted.
-    fn look(
+    fn inspect(
         &mut self,
         workspace: &mut Workspace,
         before: &State,
@@ -296,15 +296,15 @@ impl Invariants {
                 continue;
             }
             let mut step = Step { workspace: &mut *workspace, before, after };
-            let said = listed.invariant.look(&mut step, &listed.memory)?;
-            if listed.breaks(&said) {
-                return Ok(Some(listed.broken(said, after.time)));
+            let reading = listed.invariant.inspect(&mut step, &listed.memory)?;
+            if listed.breaks(&reading) {
+                return Ok(Some(listed.broken(reading, after.time)));
             }
-            all.push(Some(said));
+            all.push(Some(reading));
         }
-        for (listed, said) in self.all.iter_mut().zip(all) {
-            match said {
-                Some(said) => listed.accept(said, after.time),
+        for (listed, reading) in self.all.iter_mut().zip(all) {
+            match reading {
+                Some(reading) => listed.accept(reading, after.time),
                 None => listed.row.fill(f64::NAN),
             }
         }

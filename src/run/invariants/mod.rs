@@ -43,7 +43,7 @@ impl Step<'_> {
 
 /// What an invariant says of a step.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Said {
+pub(super) struct Reading {
     /// Its columns of the ledger.
     row: Vec<f64>,
     /// What the limit is for: 0 where the invariant holds.
@@ -74,11 +74,11 @@ pub(super) trait Invariant: Send {
     ///
     /// # Errors
     /// If the model has no value there.
-    fn begin(&mut self, workspace: &mut Workspace, state: &State) -> Result<Said>;
+    fn begin(&mut self, workspace: &mut Workspace, state: &State) -> Result<Reading>;
 
     /// What it says of a step, where `memory` is that of the steps before.
     ///
     /// # Errors
     /// If the model has no value there.
-    fn look(&mut self, step: &mut Step<'_>, memory: &[f64]) -> Result<Said>;
+    fn inspect(&mut self, step: &mut Step<'_>, memory: &[f64]) -> Result<Reading>;
 }

@@ -1,19 +1,19 @@
 //! Gauss and Bonnet: angle defects inside and turning along the boundary add up to 2πχ.
 
-use super::{Invariant, Said, Step};
+use super::{Invariant, Reading, Step};
 use crate::geometry::TotalCurvature;
 use crate::model::State;
 use crate::run::Result;
 use crate::sheet::Sheet;
 use crate::solve::Workspace;
 
-/// The law; it remembers nothing.
+/// The sum of angle defects and turning of the boundary, compared with 2πχ; it remembers nothing.
 pub(super) struct GaussBonnet;
 
 /// A sum of angles is exact to that.
 const ROUND_OFF: f64 = 1e-9;
 
-fn said(sheet: &Sheet, state: &State) -> Said {
+fn reading(sheet: &Sheet, state: &State) -> Reading {
     let TotalCurvature { defect, worst } = TotalCurvature::of(sheet, &state.x);
     let place = match worst {
         None if defect.abs() < ROUND_OFF => {
@@ -25,7 +25,7 @@ fn said(sheet: &Sheet, state: &State) -> Said {
             sheet.triangles()[t]
         ),
     };
-    Said { row: vec![defect], value: defect.abs(), place, memory: Vec::new() }
+    Reading { row: vec![defect], value: defect.abs(), place, memory: Vec::new() }
 }
 
 impl Invariant for GaussBonnet {
@@ -42,11 +42,11 @@ impl Invariant for GaussBonnet {
         vec!["Gauss-Bonnet defect [rad]".into()]
     }
 
-    fn begin(&mut self, workspace: &mut Workspace, state: &State) -> Result<Said> {
-        Ok(said(workspace.model.sheet(), state))
+    fn begin(&mut self, workspace: &mut Workspace, state: &State) -> Result<Reading> {
+        Ok(reading(workspace.model.sheet(), state))
     }
 
-    fn look(&mut self, step: &mut Step<'_>, _: &[f64]) -> Result<Said> {
-        Ok(said(step.workspace.model.sheet(), step.after))
+    fn inspect(&mut self, step: &mut Step<'_>, _: &[f64]) -> Result<Reading> {
+        Ok(reading(step.workspace.model.sheet(), step.after))
     }
 }

@@ -109,7 +109,7 @@ impl Probe {
     /// The names that can stand here, as the error about another one lists them.
     pub(super) fn names(&self) -> Option<Vec<String>> {
         let problem = self.problem(Value::String(NOTHING.to_owned()))?;
-        let named = problem.unknown_kind().is_some() && self.concerns(&problem);
+        let named = problem.as_unknown_name().is_some() && self.concerns(&problem);
         named.then(|| problem.allowed().to_vec())
     }
 }

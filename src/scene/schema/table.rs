@@ -70,7 +70,7 @@ fn tag(probe: &Probe) -> Option<(&'static str, Vec<String>)> {
     TAGS.into_iter().find_map(|tag| {
         let problem = probe.problem(table_of(vec![(tag.to_owned(), text(NOTHING))]))?;
         let below = probe.key(tag, &[]);
-        let named = problem.unknown_kind().is_some();
+        let named = problem.as_unknown_name().is_some();
         if !named || !(probe.concerns(&problem) || below.concerns(&problem)) {
             return None;
         }
@@ -86,7 +86,7 @@ fn tag(probe: &Probe) -> Option<(&'static str, Vec<String>)> {
 /// The names of a table with one entry, whose key is one of them.
 fn variants(probe: &Probe) -> Option<Vec<String>> {
     let problem = refused(probe, &[])?;
-    let named = problem.unknown_kind().is_some() && probe.concerns(&problem);
+    let named = problem.as_unknown_name().is_some() && probe.concerns(&problem);
     named.then(|| problem.allowed().to_vec())
 }
 

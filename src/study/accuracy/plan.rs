@@ -13,7 +13,7 @@ use crate::run::{Error, Result, Simulation};
 use crate::scene::Scene;
 use crate::solve::SolveError;
 use crate::study::plan::integrator::IntegratorChoice;
-use crate::study::plan::{Axis, Plan, seeds};
+use crate::study::plan::{Axis, Plan, seed_keys};
 
 /// Options of a study.
 #[derive(Debug, Clone)]
@@ -280,7 +280,7 @@ impl Base<'_> {
 
     /// Adds the run `like` with other seeds, where anything in the scene is random.
     fn add_seeds(&mut self, scene: &Scene, like: usize, planned: &mut Vec<Planned>) -> Result<()> {
-        let paths = if self.options.seeds > 0 { seeds(scene)? } else { return Ok(()) };
+        let paths = if self.options.seeds > 0 { seed_keys(scene)? } else { return Ok(()) };
         if paths.is_empty() {
             self.left_out.push("seeds: nothing in the scene is random".to_owned());
             return Ok(());

@@ -79,7 +79,7 @@ pub(super) fn disambiguate_titles(scene: &Path, set: &[String], axes: &mut [Axis
 ///
 /// # Errors
 /// If the scene cannot be written as TOML.
-pub fn seeds(scene: &Scene) -> Result<Vec<String>> {
+pub fn seed_keys(scene: &Scene) -> Result<Vec<String>> {
     fn collect(value: &toml::Value, path: &str, found: &mut Vec<String>) {
         if let toml::Value::Table(entries) = value {
             for (key, value) in entries {
@@ -109,7 +109,7 @@ pub fn seeds(scene: &Scene) -> Result<Vec<String>> {
 /// A scene that is not valid, or in which nothing is random.
 pub fn seed_axis(scene: &Path, set: &[String], axes: &[Axis], count: usize) -> Result<Axis> {
     let first: Vec<String> = axes.iter().flat_map(|axis| axis.overrides(0)).collect();
-    let paths = seeds(&Scene::varied(scene, set, &first)?)?;
+    let paths = seed_keys(&Scene::varied(scene, set, &first)?)?;
     if paths.is_empty() {
         let message = "--seeds: nothing in the scene is random; give sheet.imperfection, or a \
                        random start of a species";

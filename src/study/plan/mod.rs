@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 pub use self::axis::{Axis, MOST};
 use self::keys::{check_keys, disambiguate_titles};
-pub use self::keys::{seed_axis, seeds};
+pub use self::keys::{seed_axis, seed_keys};
 use super::{read_document, write_document};
 use crate::kinetics::{HostLaw, Isolation, Search};
 use crate::output::OutputError;

@@ -115,17 +115,20 @@ impl Wing {
         let edges = [opposite - end, start - opposite, end - start];
         let square = self.normal.norm_squared();
         let reflect = Block::identity() / square - 2.0 * self.slope * self.slope.transpose();
-        let by_normal = edges.map(|e| reflect * e.cross_matrix());
+        let slope_derivatives = edges.map(|e| reflect * e.cross_matrix());
         let arm = opposite - start;
         let across = (arm - arm.dot(&self.along) * self.along) / self.length;
         let zero = Vec3::zeros();
-        let by_length = [-self.along, self.along, zero];
-        let by_foot = [-self.along - across, across, self.along];
-        let by_factor: [[Vec3; 3]; 3] =
-            [std::array::from_fn(|k| by_length[k] - by_foot[k]), by_foot, by_length.map(|d| -d)];
+        let length_slopes = [-self.along, self.along, zero];
+        let foot_slopes = [-self.along - across, across, self.along];
+        let factor_slopes: [[Vec3; 3]; 3] = [
+            std::array::from_fn(|k| length_slopes[k] - foot_slopes[k]),
+            foot_slopes,
+            length_slopes.map(|d| -d),
+        ];
         std::array::from_fn(|j| {
             std::array::from_fn(|k| {
-                self.slope * by_factor[j][k].transpose() + self.factor[j] * by_normal[k]
+                self.slope * factor_slopes[j][k].transpose() + self.factor[j] * slope_derivatives[k]
             })
         })
     }

@@ -47,7 +47,7 @@ use crate::geometry::{AreaRule, Conditions, Shape, VertexArea, angle_at};
 use crate::linear::BlockMatrix;
 use crate::num::real;
 use crate::parallel;
-use crate::parallel::patches::Quad;
+use crate::parallel::patches::F64x4;
 use crate::sheet::Sheet;
 
 /// The derivatives of the energy by what a vertex gathers from its triangles.
@@ -139,12 +139,13 @@ impl MeyerBending {
         let kernel = Gather { bending: self, shape: *shape };
         if self.has_angle_terms() {
             let write =
-                |place: &mut [f64; 5], [Quad([x, y, z, area]), Quad([angles, ..])]: &[Quad; 2]| {
+                |place: &mut [f64; 5],
+                 [F64x4([x, y, z, area]), F64x4([angles, ..])]: &[F64x4; 2]| {
                     *place = [*x, *y, *z, *area, *angles];
                 };
             patches.accumulate::<2, _>(&kernel, gathered, write);
         } else {
-            let write = |place: &mut [f64; 5], [Quad([x, y, z, area])]: &[Quad; 1]| {
+            let write = |place: &mut [f64; 5], [F64x4([x, y, z, area])]: &[F64x4; 1]| {
                 *place = [*x, *y, *z, *area, 0.0];
             };
             patches.accumulate::<1, _>(&kernel, gathered, write);
@@ -297,7 +298,7 @@ impl Energy for MeyerBending {
         into: &mut BlockMatrix,
     ) {
         if let Some(curved) = &self.curved {
-            curved.fill(self, shape, work);
+            curved.fill_derivatives(self, shape, work);
         } else {
             let MeyerWork { gathered, vertex, .. } = work;
             self.gather(shape, gathered);

@@ -124,9 +124,10 @@ impl EffectSpec for Adhesion {
             return refused("to", message, "a plane, a sphere or a cylinder");
         };
         let factor = Factor::new(self.ramp.as_ref())?;
-        let by = self.displacement.map_or(Vec3::zeros(), |d| Vec3::from(d.map(Finite::get)));
+        let displacement =
+            self.displacement.map_or(Vec3::zeros(), |d| Vec3::from(d.map(Finite::get)));
         let area = lumped_areas(context.sheet);
-        Ok(Effect::energy(Body { surface, law, by, factor, area }))
+        Ok(Effect::energy(Body { surface, law, displacement, factor, area }))
     }
 }
 

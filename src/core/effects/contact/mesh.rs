@@ -42,7 +42,7 @@ pub(super) struct MeshBody {
     mesh: Vec<Vec3>,
     barrier: Barrier,
     /// The displacement at the factor 1.
-    by: Vec3,
+    displacement: Vec3,
     factor: Factor,
     /// Half of the rest area of vertices and of edges.
     vertex: Vec<f64>,
@@ -63,7 +63,7 @@ impl MeshBody {
         file: &Path,
         context: &EffectContext<'_>,
         barrier: Barrier,
-        (by, factor): (Vec3, Factor),
+        (displacement, factor): (Vec3, Factor),
     ) -> Result<Self, EffectError> {
         let refused = |message: String| EffectError { key: "shape", message, help: None };
         let Some(read) = context.read else {
@@ -71,15 +71,15 @@ impl MeshBody {
         };
         let surface = read(file).map_err(refused)?;
         let (mesh, _) = surface.into_sheet().map_err(|e| refused(e.to_string()))?;
-        let both = apart(context.sheet, &mesh, barrier.reach)
+        let both = side_by_side(context.sheet, &mesh, barrier.reach)
             .map_err(|message| refused(format!("{}: {message}", file.display())))?;
         let (vertex, edge) = halves(&both);
         let mesh = mesh.rest().to_vec();
-        Ok(Self { both, mesh, barrier, by, factor, vertex, edge })
+        Ok(Self { both, mesh, barrier, displacement, factor, vertex, edge })
     }
 
     /// All contacts at `shape`.
-    fn at(&self, shape: &Shape<'_>, work: &mut MeshWork) -> Vec<Contact> {
+    fn contacts(&self, shape: &Shape<'_>, work: &mut MeshWork) -> Vec<Contact> {
         let weights = Weights {
             law: Law::Barrier(self.barrier),
             vertex: &self.vertex,
@@ -101,9 +101,9 @@ impl MeshBody {
         shape: &Shape<'_>,
         work: &'w mut MeshWork,
     ) -> (&'w mut Proximity, &'w [Vec3]) {
-        let by = self.factor.at(shape.time) * self.by;
+        let displacement = self.factor.at(shape.time) * self.displacement;
         work.x.clear();
-        work.x.extend(shape.x.iter().copied().chain(self.mesh.iter().map(|x| x + by)));
+        work.x.extend(shape.x.iter().copied().chain(self.mesh.iter().map(|x| x + displacement)));
         let make = || {
             let edge = shape.metric.mean_edge();
             Proximity::between(&self.both, shape.x.len(), edge, self.barrier.reach)
@@ -111,21 +111,21 @@ impl MeshBody {
         (work.proximity.get_or_insert_with(make), &work.x)
     }
 
-    /// The largest share of a step on which the sheet goes along `direction` and the mesh by `by`.
+    /// The largest share of a step on which the sheet goes along `direction` and the mesh by `displacement`.
     fn free_share(
         &self,
         from: &Shape<'_>,
         work: &mut MeshWork,
         direction: impl Iterator<Item = Vec3>,
-        by: Vec3,
+        displacement: Vec3,
     ) -> f64 {
-        let both: Vec<Vec3> = direction.chain(self.mesh.iter().map(|_| by)).collect();
+        let both: Vec<Vec3> = direction.chain(self.mesh.iter().map(|_| displacement)).collect();
         let (proximity, x) = self.placed(from, work);
         proximity.largest_step(&self.both, (x, &both), &self.range())
     }
 
     /// Why a start that touches the mesh is refused: the first pair that does.
-    fn touched(&self, shape: &Shape<'_>, work: &mut MeshWork) -> Option<String> {
+    fn touch_refusal(&self, shape: &Shape<'_>, work: &mut MeshWork) -> Option<String> {
         let least = TOUCH * shape.metric.mean_edge();
         let sheet = index(shape.x.len());
         let (proximity, x) = self.placed(shape, work);
@@ -147,7 +147,7 @@ impl MeshBody {
 }
 
 /// `sheet` and `mesh` as one, so far apart that the reach of no pair is bounded by its distance there.
-fn apart(sheet: &Sheet, mesh: &Sheet, reach: f64) -> Result<Sheet, String> {
+fn side_by_side(sheet: &Sheet, mesh: &Sheet, reach: f64) -> Result<Sheet, String> {
     let count = index(sheet.vertex_count());
     let bounds = |x: &[Vec3]| {
         let largest = x.iter().fold(x[0], |all, x| all.sup(x));
@@ -173,7 +173,7 @@ impl Energy for MeshBody {
     }
 
     fn depends_on_time(&self) -> bool {
-        self.factor.changes() && self.by != Vec3::zeros()
+        self.factor.changes() && self.displacement != Vec3::zeros()
     }
 
     fn evaluate(
@@ -182,7 +182,7 @@ impl Energy for MeshBody {
         work: &mut MeshWork,
         gradient: Option<&mut [Vec3]>,
     ) -> f64 {
-        sums::evaluate(&self.at(shape, work), gradient)
+        sums::evaluate(&self.contacts(shape, work), gradient)
     }
 
     fn add_hessian(
@@ -192,7 +192,7 @@ impl Energy for MeshBody {
         part: HessianPart,
         into: &mut BlockMatrix,
     ) {
-        let contacts = self.at(shape, work);
+        let contacts = self.contacts(shape, work);
         sums::add_hessian(&contacts, &work.x, part, into);
     }
 
@@ -200,10 +200,15 @@ impl Energy for MeshBody {
         self.free_share(from, work, direction.iter().copied(), Vec3::zeros())
     }
 
-    fn lets_pass(&self, from: &Shape<'_>, work: &mut MeshWork, (to, time): (&[Vec3], f64)) -> bool {
-        let by = (self.factor.at(time) - self.factor.at(from.time)) * self.by;
+    fn allows_path(
+        &self,
+        from: &Shape<'_>,
+        work: &mut MeshWork,
+        (to, time): (&[Vec3], f64),
+    ) -> bool {
+        let displacement = (self.factor.at(time) - self.factor.at(from.time)) * self.displacement;
         let direction = from.x.iter().zip(to).map(|(from, to)| to - from);
-        self.free_share(from, work, direction, by) >= 1.0
+        self.free_share(from, work, direction, displacement) >= 1.0
     }
 
     fn is_contact(&self) -> bool {
@@ -211,14 +216,14 @@ impl Energy for MeshBody {
     }
 
     fn touching(&self, shape: &Shape<'_>, work: &mut MeshWork) -> Touching {
-        sums::touching(&self.at(shape, work))
+        sums::touching(&self.contacts(shape, work))
     }
 
-    fn refuses(&self, shape: &Shape<'_>, work: &mut MeshWork) -> Option<String> {
+    fn refusal(&self, shape: &Shape<'_>, work: &mut MeshWork) -> Option<String> {
         let first = shape.sheet.triangle_count();
         let (_, x) = self.placed(shape, work);
         let found = Crossings::between(&self.both, first).find(&self.both, x);
-        let Some([t, _]) = found.first else { return self.touched(shape, work) };
+        let Some([t, _]) = found.first else { return self.touch_refusal(shape, work) };
         let [a, b, c] = shape.sheet.triangles()[t];
         let place = at(x, &[a, b, c, c]);
         let [x, y, z] = [0, 1, 2].map(|k| (place[0][k] + place[1][k] + place[2][k]) / 3.0);

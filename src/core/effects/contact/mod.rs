@@ -163,7 +163,7 @@ impl Contacts {
     }
 
     /// All contacts at `shape`.
-    fn at(&self, shape: &Shape<'_>, work: &mut ContactWork) -> Vec<Contact> {
+    fn contacts(&self, shape: &Shape<'_>, work: &mut ContactWork) -> Vec<Contact> {
         let range = self.range(work, shape);
         let proximity = work.proximity(shape, self.law.reach());
         let near = proximity.near(shape.sheet, shape.x, &range);
@@ -229,7 +229,7 @@ impl Energy for Contacts {
         work: &mut ContactWork,
         gradient: Option<&mut [Vec3]>,
     ) -> f64 {
-        sums::evaluate(&self.at(shape, work), gradient)
+        sums::evaluate(&self.contacts(shape, work), gradient)
     }
 
     fn add_hessian(
@@ -239,11 +239,11 @@ impl Energy for Contacts {
         part: HessianPart,
         into: &mut BlockMatrix,
     ) {
-        sums::add_hessian(&self.at(shape, work), shape.x, part, into);
+        sums::add_hessian(&self.contacts(shape, work), shape.x, part, into);
     }
 
     fn pairs(&self, shape: &Shape<'_>, work: &mut ContactWork, pairs: &mut Vec<[u32; 2]>) {
-        for contact in self.at(shape, work) {
+        for contact in self.contacts(shape, work) {
             let corners = contact.carriers().map(|k| contact.corners[k]);
             let later = |k: usize| corners.clone().skip(k + 1);
             let two = corners.clone().enumerate().flat_map(|(k, a)| later(k).map(move |b| [a, b]));
@@ -261,7 +261,7 @@ impl Energy for Contacts {
     }
 
     fn touching(&self, shape: &Shape<'_>, work: &mut ContactWork) -> Touching {
-        sums::touching(&self.at(shape, work))
+        sums::touching(&self.contacts(shape, work))
     }
 
     fn separate(
@@ -279,7 +279,7 @@ impl Energy for Contacts {
         start.separated()
     }
 
-    fn refuses(&self, shape: &Shape<'_>, work: &mut ContactWork) -> Option<String> {
+    fn refusal(&self, shape: &Shape<'_>, work: &mut ContactWork) -> Option<String> {
         let range = self.range(work, shape);
         let proximity = work.proximity(shape, self.law.reach());
         if !proximity.any_near(shape.sheet, shape.x, &range) {

@@ -149,14 +149,21 @@ impl EffectSpec for Obstacle {
         let factor = Factor::new(self.ramp.as_ref())?;
         let thickness = context.material.map(|m| 0.5 * m.thickness);
         let barrier = barrier_of((self.distance, thickness), self.stiffness, context.material)?;
-        let by = self.displacement.map_or(Vec3::zeros(), |d| Vec3::from(d.map(Finite::get)));
+        let displacement =
+            self.displacement.map_or(Vec3::zeros(), |d| Vec3::from(d.map(Finite::get)));
         Ok(match Form::new(&self.shape)? {
             Form::Mesh(file) => {
-                Effect::energy(MeshBody::read(file, context, barrier, (by, factor))?)
+                Effect::energy(MeshBody::read(file, context, barrier, (displacement, factor))?)
             }
             Form::Smooth(surface) => {
                 let area = lumped_areas(context.sheet);
-                Effect::energy(Body { surface, law: Law::Barrier(barrier), by, factor, area })
+                Effect::energy(Body {
+                    surface,
+                    law: Law::Barrier(barrier),
+                    displacement,
+                    factor,
+                    area,
+                })
             }
         })
     }
@@ -245,7 +252,7 @@ pub(super) struct Body {
     pub(super) surface: Surface,
     pub(super) law: Law,
     /// The displacement at the factor 1.
-    pub(super) by: Vec3,
+    pub(super) displacement: Vec3,
     pub(super) factor: Factor,
     /// The rest area of every vertex.
     pub(super) area: Vec<f64>,
@@ -257,8 +264,8 @@ impl Body {
         &self,
         shape: &'a Shape<'_>,
     ) -> impl Fn(usize) -> (f64, Vec3, Block) + Sync + use<'_, 'a> {
-        let by = self.factor.at(shape.time) * self.by;
-        move |i| self.surface.at(&(shape.x[i] - by))
+        let displacement = self.factor.at(shape.time) * self.displacement;
+        move |i| self.surface.at(&(shape.x[i] - displacement))
     }
 
     /// Energy, slope and curvature at the signed distance `s` of vertex i, times its area.
@@ -287,7 +294,7 @@ impl Energy for Body {
     }
 
     fn depends_on_time(&self) -> bool {
-        self.factor.changes() && self.by != Vec3::zeros()
+        self.factor.changes() && self.displacement != Vec3::zeros()
     }
 
     fn evaluate(&self, shape: &Shape<'_>, (): &mut (), gradient: Option<&mut [Vec3]>) -> f64 {

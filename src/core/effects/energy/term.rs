@@ -62,10 +62,10 @@ pub trait AnyEnergy: Send + Sync {
         terms: &mut Vec<LowRank>,
     );
     fn largest_step(&self, from: &Shape<'_>, work: &mut Work, direction: &[Vec3]) -> f64;
-    fn lets_pass(&self, from: &Shape<'_>, work: &mut Work, to: (&[Vec3], f64)) -> bool;
+    fn allows_path(&self, from: &Shape<'_>, work: &mut Work, to: (&[Vec3], f64)) -> bool;
     fn is_contact(&self) -> bool;
     fn touching(&self, shape: &Shape<'_>, work: &mut Work) -> Touching;
-    fn refuses(&self, shape: &Shape<'_>, work: &mut Work) -> Option<String>;
+    fn refusal(&self, shape: &Shape<'_>, work: &mut Work) -> Option<String>;
     fn separate(&self, shape: &Shape<'_>, work: &mut Work, pins: &Pins) -> Option<Separation>;
     fn metric_derivatives(
         &self,
@@ -156,8 +156,8 @@ impl<E: Energy> AnyEnergy for E {
         Energy::largest_step(self, from, own(work), direction)
     }
 
-    fn lets_pass(&self, from: &Shape<'_>, work: &mut Work, to: (&[Vec3], f64)) -> bool {
-        Energy::lets_pass(self, from, own(work), to)
+    fn allows_path(&self, from: &Shape<'_>, work: &mut Work, to: (&[Vec3], f64)) -> bool {
+        Energy::allows_path(self, from, own(work), to)
     }
 
     fn is_contact(&self) -> bool {
@@ -168,8 +168,8 @@ impl<E: Energy> AnyEnergy for E {
         Energy::touching(self, shape, own(work))
     }
 
-    fn refuses(&self, shape: &Shape<'_>, work: &mut Work) -> Option<String> {
-        Energy::refuses(self, shape, own(work))
+    fn refusal(&self, shape: &Shape<'_>, work: &mut Work) -> Option<String> {
+        Energy::refusal(self, shape, own(work))
     }
 
     fn separate(&self, shape: &Shape<'_>, work: &mut Work, pins: &Pins) -> Option<Separation> {

@@ -28,7 +28,7 @@ use crate::effects::{Coupling, Elasticity, Energy, HessianPart, Values};
 use crate::geometry::{Conditions, Shape};
 use crate::linear::{BlockMatrix, LazyStencils};
 use crate::parallel;
-use crate::parallel::patches::{Corners, Group, Kernel, Quad};
+use crate::parallel::patches::{Corners, F64x4, Group, Kernel};
 use crate::parallel::simd::{Lanes, Lanes3, Simd};
 use crate::sheet::Edge;
 
@@ -92,7 +92,7 @@ impl Bonds<'_> {
 
 impl Kernel<2, 1> for Bonds<'_> {
     #[inline(always)]
-    fn at<S: Simd>(&self, simd: S, group: &Group<2>) -> (S::Lanes, Corners<S::Lanes, 2, 1>) {
+    fn evaluate<S: Simd>(&self, simd: S, group: &Group<2>) -> (S::Lanes, Corners<S::Lanes, 2, 1>) {
         let (energy, d, pull) = self.bond(simd, group);
         let (force, zero) = (d.scale(pull), simd.splat(0.0));
         (energy, [[force.with(zero)], [(-force).with(zero)]])
@@ -101,7 +101,7 @@ impl Kernel<2, 1> for Bonds<'_> {
 
 impl Kernel<2, 0> for Bonds<'_> {
     #[inline(always)]
-    fn at<S: Simd>(&self, simd: S, group: &Group<2>) -> (S::Lanes, Corners<S::Lanes, 2, 0>) {
+    fn evaluate<S: Simd>(&self, simd: S, group: &Group<2>) -> (S::Lanes, Corners<S::Lanes, 2, 0>) {
         (self.bond(simd, group).0, [[]; 2])
     }
 }
@@ -150,7 +150,7 @@ impl Energy for BondStretching {
         match gradient {
             None => patches.total(&kernel),
             Some(gradient) => {
-                patches.accumulate(&kernel, gradient, |g, [Quad([x, y, z, _])]: &[Quad; 1]| {
+                patches.accumulate(&kernel, gradient, |g, [F64x4([x, y, z, _])]: &[F64x4; 1]| {
                     *g += Vec3::new(*x, *y, *z);
                 })
             }

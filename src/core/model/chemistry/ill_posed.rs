@@ -36,16 +36,16 @@ impl Chemistry {
     /// triangle where it is least, if they differ from place to place. Nothing is evaluated without cross-diffusion.
     #[must_use]
     pub fn ill_posed(&self) -> Option<IllPosed> {
-        let crossing = |t: &&super::TransportTerm| t.by() != t.species();
+        let crossing = |t: &&super::TransportTerm| t.read_species() != t.species();
         let crossed: Vec<_> = self.transports.iter().filter(crossing).collect();
         let involved: Vec<usize> = (0..self.descriptor().species.len())
-            .filter(|s| crossed.iter().any(|t| t.by() == *s || t.species() == *s))
+            .filter(|s| crossed.iter().any(|t| t.read_species() == *s || t.species() == *s))
             .collect();
         let row = |species: usize| involved.iter().position(|s| *s == species);
         let parts: Vec<(usize, usize, Values)> = self
             .transports
             .iter()
-            .filter_map(|t| Some((row(t.species())?, row(t.by())?, t.diffusivity()?)))
+            .filter_map(|t| Some((row(t.species())?, row(t.read_species())?, t.diffusivity()?)))
             .collect();
         let places = parts.iter().find_map(|(_, _, values)| match values {
             Values::Same(_) => None,

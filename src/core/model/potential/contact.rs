@@ -33,14 +33,14 @@ impl Potential {
 
     /// Whether all effects let the shape `from`, at rest at the time `since`, pass along straight lines to `to` at the
     /// time in force.
-    pub fn lets_pass(&mut self, (from, since): (&[Vec3], f64), to: &[Vec3]) -> bool {
+    pub fn allows_path(&mut self, (from, since): (&[Vec3], f64), to: &[Vec3]) -> bool {
         let Self { mechanics, metric, time, work, .. } = self;
         let shape = Shape { sheet: mechanics.sheet(), metric, time: since, x: from };
         let moves = |term: &EnergyTerm| term.coupling().limits_steps && term.depends_on_time();
         let mut terms = mechanics.terms().iter().zip(work).enumerate();
         terms.all(|(k, (term, work))| {
             let _scope = moves(term).then(|| mechanics.meters()[k].scope(energy::STEPS));
-            !moves(term) || term.lets_pass(&shape, work, (to, *time))
+            !moves(term) || term.allows_path(&shape, work, (to, *time))
         })
     }
 
@@ -55,11 +55,11 @@ impl Potential {
     }
 
     /// The first effect that cannot begin with `x`, and why.
-    pub fn refuses(&mut self, x: &[Vec3]) -> Option<(String, String)> {
+    pub fn refusal(&mut self, x: &[Vec3]) -> Option<(String, String)> {
         let mut first = None;
         if self.mechanics.limits_steps() {
             self.each(energy::STEPS, x, |k, term, work, shape| {
-                first = first.take().or_else(|| Some((k, term.refuses(shape, work)?)));
+                first = first.take().or_else(|| Some((k, term.refusal(shape, work)?)));
             });
         }
         let (k, why) = first?;

@@ -113,7 +113,7 @@ impl Workspace {
         if !self.model.mechanics().limits_steps() || from.time == to.time {
             return Ok(());
         }
-        match self.at(to).potential()?.lets_pass((&from.x, from.time), &to.x) {
+        match self.at(to).potential()?.allows_path((&from.x, from.time), &to.x) {
             true => Ok(()),
             false => Err(SolveError::Obstructed { time: to.time }),
         }

@@ -29,7 +29,7 @@ pub(super) struct Process {
     limit: Duration,
     child: Mutex<Child>,
     /// Open for as long as the child is to live.
-    _line: UnixStream,
+    _socket: UnixStream,
     /// Number of calls under way.
     under_way: AtomicUsize,
     lanes: Vec<Mutex<Lane>>,
@@ -62,7 +62,7 @@ impl Process {
     pub(super) fn start(path: &Path, isolation: &Isolation) -> io::Result<Self> {
         let lanes = rayon::current_num_threads();
         let memory = Memory::new(lanes)?;
-        let (line, end) = UnixStream::pair()?;
+        let (socket, end) = UnixStream::pair()?;
         let mut command = Command::new(&isolation.program);
         // The two files come in the places of standard input and output: nothing else is inherited.
         command.arg(WORD).arg(lanes.to_string());
@@ -76,7 +76,7 @@ impl Process {
             under_way: AtomicUsize::new(0),
             lanes: (0..lanes).map(|k| memory.lane(k).map(Mutex::new)).collect::<io::Result<_>>()?,
             child: Mutex::new(command.stderr(Stdio::inherit()).spawn()?),
-            _line: line,
+            _socket: socket,
             end: OnceLock::new(),
         })
     }
@@ -169,11 +169,11 @@ impl Process {
             Ok(Err(told)) => match (told, descriptor) {
                 (CallProblem::Other(text), _) => Err(KineticsError::Isolated(text)),
                 (told, Some(descriptor)) => {
-                    told.outcome(descriptor, None).and_then(|_| Err(self.nonsense(call)))
+                    told.outcome(descriptor, None).and_then(|_| Err(self.invalid_answer(call)))
                 }
-                (_, None) => Err(self.nonsense(call)),
+                (_, None) => Err(self.invalid_answer(call)),
             },
-            Err(_) => Err(self.nonsense(call)),
+            Err(_) => Err(self.invalid_answer(call)),
         }
     }
 
@@ -212,7 +212,7 @@ impl Process {
         let _ = child.wait();
     }
 
-    pub(super) fn nonsense(&self, call: &str) -> KineticsError {
+    pub(super) fn invalid_answer(&self, call: &str) -> KineticsError {
         let name = self.title();
         KineticsError::Isolated(format!(
             "plugin `{name}` spoils the memory of its process: the answer to {call} makes no sense"

@@ -42,7 +42,7 @@ impl Columns {
     }
 
     /// The words from the end of an output to the next column.
-    pub(super) fn behind(&self, output: usize) -> (usize, usize) {
+    pub(super) fn guard(&self, output: usize) -> (usize, usize) {
         let (start, values) = self.outputs[output];
         let end = start + values * WORD;
         let next = self.outputs.get(output + 1).map_or(self.bytes, |next| next.0);

@@ -42,9 +42,9 @@ impl IsolatedKinetics {
         let process = &library.process;
         let bits = parameters.iter().map(|p| p.to_bits()).collect();
         let request = CreateRequest { parameters: bits, takes_parameter_columns };
-        let text = serde_json::to_string(&request).map_err(|_| process.nonsense("create"))?;
+        let text = serde_json::to_string(&request).map_err(|_| process.invalid_answer("create"))?;
         let answer = process.ask_in_words("create", 0, &text, Some(library.descriptor()))?;
-        let number = answer.parse().map_err(|_| process.nonsense("create"))?;
+        let number = answer.parse().map_err(|_| process.invalid_answer("create"))?;
         Ok(Self { library: Arc::clone(library), takes_parameter_columns, parameters, number })
     }
 
@@ -101,8 +101,8 @@ impl IsolatedKinetics {
             let text = lane
                 .read_behind(columns.bytes)
                 .map_err(|error| self.library.process.no_room(&error))?;
-            let told: CallProblem =
-                serde_json::from_str(&text).map_err(|_| self.library.process.nonsense(call))?;
+            let told: CallProblem = serde_json::from_str(&text)
+                .map_err(|_| self.library.process.invalid_answer(call))?;
             warning = told.outcome(self.descriptor(), Some(batch))?;
         }
         let out = values.iter_mut().map(|c| &mut **c).chain(partials.iter_mut().map(|c| &mut **c));

@@ -20,12 +20,12 @@ use crate::{Feedback, Kinetics, KineticsError, Location, Outcome};
 
 /// Bytes of stack of a thread: what the main one has elsewhere.
 const STACK: usize = 8 << 20;
-/// Between two looks whether there is something to do.
-const LONG: Duration = Duration::from_secs(3600);
+/// How long a thread waits until it checks again whether there is something to do.
+const CHECK_INTERVAL: Duration = Duration::from_secs(3600);
 
 /// What the threads share.
 #[derive(Debug, Default)]
-struct Served {
+struct ServerState {
     library: OnceLock<Arc<Library>>,
     laws: RwLock<Vec<Option<Arc<PluginKinetics>>>>,
     grown: Grown,
@@ -34,7 +34,7 @@ struct Served {
 /// Serves one plugin until the parent ends.
 pub(super) fn serve(lanes: usize) -> ! {
     match begin(lanes) {
-        Ok(line) => stay(line),
+        Ok(parent_socket) => wait_for_parent(parent_socket),
         // Only the exit status can report it.
         Err(_) => leave(),
     }
@@ -42,8 +42,8 @@ pub(super) fn serve(lanes: usize) -> ! {
 
 /// Takes the two files that the parent gives, and starts a thread for each lane.
 fn begin(lanes: usize) -> io::Result<RawFd> {
-    let memory = aside(libc::STDIN_FILENO)?;
-    let line = aside(libc::STDOUT_FILENO)?;
+    let memory = duplicate(libc::STDIN_FILENO)?;
+    let parent_socket = duplicate(libc::STDOUT_FILENO)?;
     let nothing = File::open("/dev/null")?;
     // SAFETY: files that are open: from now on nothing is read, and prints go where errors go.
     unsafe {
@@ -60,16 +60,16 @@ fn begin(lanes: usize) -> io::Result<RawFd> {
     }
     check_global_state();
     keep_open(memory.as_raw_fd());
-    keep_open(line.as_raw_fd());
+    keep_open(parent_socket.as_raw_fd());
     let memory = Memory::of(memory);
-    let served = Arc::new(Served::default());
+    let state = Arc::new(ServerState::default());
     for number in 0..lanes {
         let mut lane = memory.lane(number)?;
-        let served = Arc::clone(&served);
+        let state = Arc::clone(&state);
         let work = move || {
             loop {
-                if lane.wait_for(ASKED, LONG) {
-                    served.answer(&mut lane);
+                if lane.wait_for(ASKED, CHECK_INTERVAL) {
+                    state.answer(&mut lane);
                     lane.hand_over(ANSWERED);
                 }
             }
@@ -78,11 +78,11 @@ fn begin(lanes: usize) -> io::Result<RawFd> {
     }
     // Both stay open for good.
     std::mem::forget(memory);
-    Ok(std::os::fd::IntoRawFd::into_raw_fd(line))
+    Ok(std::os::fd::IntoRawFd::into_raw_fd(parent_socket))
 }
 
-/// A file under a number that is not one of the standard ones.
-fn aside(file: RawFd) -> io::Result<OwnedFd> {
+/// A duplicate of a file, under a number that is not one of the standard ones.
+fn duplicate(file: RawFd) -> io::Result<OwnedFd> {
     // SAFETY: makes a new number for an open file.
     let new = unsafe { libc::fcntl(file, libc::F_DUPFD_CLOEXEC, 3) };
     if new < 0 {
@@ -93,9 +93,9 @@ fn aside(file: RawFd) -> io::Result<OwnedFd> {
 }
 
 /// Waits for the parent to end.
-fn stay(line: RawFd) -> ! {
+fn wait_for_parent(parent_socket: RawFd) -> ! {
     loop {
-        let mut poll = libc::pollfd { fd: line, events: libc::POLLIN, revents: 0 };
+        let mut poll = libc::pollfd { fd: parent_socket, events: libc::POLLIN, revents: 0 };
         // SAFETY: one entry.
         unsafe { libc::poll(&raw mut poll, 1, -1) };
         if poll.revents & (libc::POLLHUP | libc::POLLERR) != 0 {
@@ -116,7 +116,7 @@ fn leave() -> ! {
     unsafe { libc::_exit(1) }
 }
 
-impl Served {
+impl ServerState {
     /// Does what the lane asks for.
     fn answer(&self, lane: &mut Lane) {
         let asked = lane.head().call.load(Ordering::Relaxed) as usize;
@@ -137,14 +137,14 @@ impl Served {
                 let _ = lane.write(&text);
             }
             _ => {
-                let (told, behind) = match self.evaluate(lane, call) {
-                    Ok((outcome, behind)) => (CallProblem::of(outcome), behind),
+                let (told, columns_end) = match self.evaluate(lane, call) {
+                    Ok((outcome, columns_end)) => (CallProblem::of(outcome), columns_end),
                     Err(text) => (Some(CallProblem::Other(text)), 0),
                 };
                 lane.head().text.store(0, Ordering::Relaxed);
                 if let Some(told) = told {
                     let text = serde_json::to_string(&told).unwrap_or_default();
-                    let _ = lane.write_behind(behind, &text);
+                    let _ = lane.write_behind(columns_end, &text);
                 }
             }
         }
@@ -185,11 +185,11 @@ impl Served {
 
     /// Calls the law at the points of the lane; the outcome, and where the columns end.
     fn evaluate(&self, lane: &mut Lane, call: &'static str) -> Result<(Outcome, usize), String> {
-        let nonsense = || nonsense(call);
+        let invalid_request = || invalid_request(call);
         let Request { law, first, count, location, columns } =
-            Request::read(lane.head()).ok_or_else(nonsense)?;
+            Request::read(lane.head()).ok_or_else(invalid_request)?;
         let laws = self.laws.read().unwrap_or_else(PoisonError::into_inner);
-        let law = laws.get(law).cloned().flatten().ok_or_else(nonsense)?;
+        let law = laws.get(law).cloned().flatten().ok_or_else(invalid_request)?;
         drop(laws);
         let [species, signals, parameters, values, partials] = columns;
         let inputs = species + signals + parameters;
@@ -199,7 +199,7 @@ impl Served {
             // SAFETY: there is room, and it is our turn.
             (0..inputs).map(|k| unsafe { lane.data().cast::<u64>().add(k).read() } != 0).collect();
         let columns = Columns::new(vary.iter().copied(), values + partials, count);
-        let columns = columns.ok_or_else(nonsense)?;
+        let columns = columns.ok_or_else(invalid_request)?;
         room(lane, columns.bytes)?;
 
         let column = |(place, vary): (&(usize, usize), &bool)| {
@@ -212,10 +212,10 @@ impl Served {
         let mut out: Vec<&mut [f64]> = Vec::with_capacity(values + partials);
         for (k, place) in columns.outputs.iter().enumerate() {
             // SAFETY: there is room, it is our turn, and no two columns overlap.
-            let (column, behind) =
-                unsafe { (lane.values_mut(*place), lane.values_mut(columns.behind(k))) };
+            let (column, guard) =
+                unsafe { (lane.values_mut(*place), lane.values_mut(columns.guard(k))) };
             column.fill(untouched);
-            behind.fill(untouched);
+            guard.fill(untouched);
             out.push(column);
         }
         let batch = Batch {
@@ -228,11 +228,11 @@ impl Served {
         };
         let (out_values, out_partials) = out.split_at_mut(values);
         let outcome = dispatch(&*law, call, &batch, out_values, out_partials);
-        let outcome = outcome.ok_or_else(nonsense)?;
+        let outcome = outcome.ok_or_else(invalid_request)?;
         for k in 0..columns.outputs.len() {
             // SAFETY: as above; no other reference to these exists.
-            let behind = unsafe { lane.values(columns.behind(k)) };
-            if outcome.is_ok() && behind.iter().any(|value| value.to_bits() != UNTOUCHED) {
+            let guard = unsafe { lane.values(columns.guard(k)) };
+            if outcome.is_ok() && guard.iter().any(|value| value.to_bits() != UNTOUCHED) {
                 let (output, law) = (k + 1, law.descriptor().title());
                 let beyond = KineticsError::WritesBeyond { law, call, output, points: count };
                 return Ok((Err(beyond), columns.bytes));
@@ -246,7 +246,7 @@ impl Served {
     }
 }
 
-fn nonsense(call: &str) -> String {
+fn invalid_request(call: &str) -> String {
     format!("{call} is asked for what makes no sense")
 }
 

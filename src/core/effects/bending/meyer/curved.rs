@@ -37,7 +37,7 @@
 //! **Growth.** 2H⁰ is divided by the mean factor Φ of the edges around a vertex, as hinges keep their angles: a shell
 //! that grows evenly rests as the same shape, enlarged. C₀ is a curvature and stays.
 
-use super::hessian::curved::{RingDerivatives, Second, differentiate};
+use super::hessian::curved::{RingDerivatives, SecondFactors, differentiate};
 use super::hessian::ring;
 use super::kernels::{Gradient, Normals};
 use super::{MeyerBending, MeyerWork, VertexDerivatives};
@@ -50,27 +50,27 @@ use crate::effects::{Elasticity, Energy, Material, Values};
 use crate::geometry::{Conditions, Shape};
 use crate::num::real;
 use crate::parallel;
-use crate::parallel::patches::Quad;
+use crate::parallel::patches::F64x4;
 use crate::sheet::Sheet;
 
 /// Share of hinges at ν = 0.
-const SHARE: f64 = 0.75;
+const HINGE_SHARE: f64 = 0.75;
 
 /// What a rest shape that is not the plane, or a spontaneous curvature, adds to a sheet.
 #[derive(Debug)]
 pub(super) struct CurvedRest {
     /// Where it is unbent, if that is not the plane.
-    shaped: Option<Shaped>,
+    shaped: Option<CurvedShape>,
     /// C₀ of every vertex; empty for 0.
     spontaneous: Vec<f64>,
     /// The C₀ that is added and changes in a run.
     changing: Changing,
     /// `1 - s` of every vertex.
-    share: Values,
+    vertices_share: Values,
 }
 
 #[derive(Debug)]
-struct Shaped {
+struct CurvedShape {
     positions: Vec<Vec3>,
     hinges: HingeBending<Curved>,
 }
@@ -84,14 +84,14 @@ pub(super) struct CurvedWork {
     pub by_normal: Vec<Vec3>,
     /// 2H of the rest shape, and the same over Φ; empty if it is flat.
     reference: Vec<f64>,
-    mean: Vec<f64>,
+    grown_reference: Vec<f64>,
     /// C₀ that changes in a run; empty without.
     changing: Vec<f64>,
     pub hinge: HingeWork<Curved>,
 }
 
 /// One vertex at a shape.
-struct Point {
+struct VertexState {
     l: Vec3,
     area: f64,
     /// n; 0 where the triangles around cancel.
@@ -100,7 +100,7 @@ struct Point {
     inverse: f64,
 }
 
-impl Point {
+impl VertexState {
     fn new(&[x, y, z, area, _]: &[f64; 5], normal: &Vec3) -> Self {
         let size = normal.norm();
         let inverse = if size > 0.0 { size.recip() } else { 0.0 };
@@ -113,16 +113,16 @@ impl Point {
     }
 
     /// `r = ∂a/∂N`.
-    fn slope(&self) -> Vec3 {
+    fn along_by_normal(&self) -> Vec3 {
         self.inverse * (self.l - self.along() * self.normal)
     }
 }
 
 impl CurvedRest {
     pub(super) fn new(material: &Elasticity, sheet: &Sheet, rest: &RestShape) -> Self {
-        let share = |material: &Material| SHARE * (1.0 - material.poisson);
+        let share = |material: &Material| HINGE_SHARE * (1.0 - material.poisson);
         let rigidity = || material.each(|m| share(m) * m.bending_rigidity());
-        let shaped = rest.positions.as_ref().map(|positions| Shaped {
+        let shaped = rest.positions.as_ref().map(|positions| CurvedShape {
             positions: positions.clone(),
             hinges: HingeBending::with_rigidity(sheet, &rigidity(), &RestShape::at(positions)),
         });
@@ -131,7 +131,7 @@ impl CurvedRest {
             Some(_) => vertices_share(material, sheet, share),
         };
         let spontaneous = rest.spontaneous.clone().unwrap_or_default();
-        Self { shaped, spontaneous, changing: rest.changing.clone(), share: left }
+        Self { shaped, spontaneous, changing: rest.changing.clone(), vertices_share: left }
     }
 
     /// Whether C₀ reads the time.
@@ -166,13 +166,13 @@ impl CurvedRest {
             let (gathered, normals) = (&work.gathered, &curved.normals);
             curved.reference = vec![0.0; normals.len()];
             parallel::fill(&mut curved.reference, |i| {
-                let at = Point::new(&gathered[i], &normals[i]);
+                let at = VertexState::new(&gathered[i], &normals[i]);
                 if sheet.boundary()[i] { 0.0 } else { 0.5 * at.along() / at.area }
             });
         }
         let reference = &curved.reference;
-        curved.mean.resize(reference.len(), 0.0);
-        parallel::fill(&mut curved.mean, |i| reference[i] / growth_at(conditions, i));
+        curved.grown_reference.resize(reference.len(), 0.0);
+        parallel::fill(&mut curved.grown_reference, |i| reference[i] / growth_at(conditions, i));
         work.curved = Some(curved);
     }
 
@@ -190,7 +190,7 @@ impl CurvedRest {
             let (derivatives, energy) = bending.at_vertex(shape, gathered, i);
             return (derivatives, Vec3::zeros(), energy);
         }
-        let at = Point::new(&gathered[i], &work.normals[i]);
+        let at = VertexState::new(&gathered[i], &work.normals[i]);
         let (b, c0) = (bending.rigidity.at(i), self.spontaneous(work, i));
         let constant = 0.5 * b * c0 * c0;
         if self.shaped.is_none() {
@@ -198,11 +198,11 @@ impl CurvedRest {
             derivatives.by_vector -= 0.5 * b * c0 * at.normal;
             derivatives.by_area += constant;
             let energy = density - 0.5 * b * c0 * at.along() + constant * at.area;
-            return (derivatives, -0.5 * b * c0 * at.slope(), energy);
+            return (derivatives, -0.5 * b * c0 * at.along_by_normal(), energy);
         }
-        let rest = work.mean[i];
+        let rest = work.grown_reference[i];
         let p = 0.5 * at.along() - rest * at.area;
-        let share = self.share.at(i);
+        let share = self.vertices_share.at(i);
         let density = 0.5 * share * b * p * p / at.area;
         let pull = share * b * p / at.area - b * c0;
         let derivatives = VertexDerivatives {
@@ -211,7 +211,7 @@ impl CurvedRest {
             by_angle: 0.0,
         };
         let energy = density - b * c0 * p + constant * at.area;
-        (derivatives, 0.5 * pull * at.slope(), energy)
+        (derivatives, 0.5 * pull * at.along_by_normal(), energy)
     }
 
     /// C₀ of vertex `i`.
@@ -224,7 +224,7 @@ impl CurvedRest {
     }
 
     /// Gathers at the shape and fills the derivatives; returns the energy of the vertices.
-    pub(super) fn fill(
+    pub(super) fn fill_derivatives(
         &self,
         bending: &MeyerBending,
         shape: &Shape<'_>,
@@ -257,7 +257,7 @@ impl CurvedRest {
         work: &mut MeyerWork,
         mut gradient: Option<&mut [Vec3]>,
     ) -> f64 {
-        let mut energy = self.fill(bending, shape, work);
+        let mut energy = self.fill_derivatives(bending, shape, work);
         let MeyerWork { vertex, curved, .. } = work;
         let curved = curved.get_or_insert_default();
         if let Some(gradient) = gradient.as_deref_mut() {
@@ -278,24 +278,24 @@ impl CurvedRest {
     }
 
     /// Second derivatives by what interior vertex `i` gathers.
-    pub(super) fn second(
+    pub(super) fn second_factors(
         &self,
         bending: &MeyerBending,
         (gathered, work): (&[[f64; 5]], &CurvedWork),
         i: usize,
-    ) -> Second {
-        let at = Point::new(&gathered[i], &work.normals[i]);
+    ) -> SecondFactors {
+        let at = VertexState::new(&gathered[i], &work.normals[i]);
         let (along, b, c0) = (at.along(), bending.rigidity.at(i), self.spontaneous(work, i));
         let (stiffness, pull) = match self.shaped {
             None => (0.0, -b * c0),
             Some(_) => {
-                let stiffness = self.share.at(i) * b / at.area;
-                (stiffness, stiffness * (0.5 * along - work.mean[i] * at.area) - b * c0)
+                let stiffness = self.vertices_share.at(i) * b / at.area;
+                (stiffness, stiffness * (0.5 * along - work.grown_reference[i] * at.area) - b * c0)
             }
         };
-        Second {
+        SecondFactors {
             normal: at.normal,
-            slope: at.slope(),
+            along_by_normal: at.along_by_normal(),
             inverse: at.inverse,
             along,
             mean: 0.5 * along / at.area,
@@ -304,7 +304,7 @@ impl CurvedRest {
         }
     }
 
-    /// Derivatives of the forces by optimal lengths, after [`CurvedRest::fill`] at the shape.
+    /// Derivatives of the forces by optimal lengths, after [`CurvedRest::fill_derivatives`] at the shape.
     pub(super) fn metric_derivatives(
         &self,
         bending: &MeyerBending,
@@ -313,7 +313,7 @@ impl CurvedRest {
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
         let Some(shaped) = &self.shaped else { return };
-        self.fill(bending, shape, work);
+        self.fill_derivatives(bending, shape, work);
         let MeyerWork { gathered, curved, .. } = work;
         let curved = curved.get_or_insert_default();
         shaped.hinges.metric_derivatives(shape, &mut curved.hinge, emit);
@@ -326,10 +326,11 @@ impl CurvedRest {
             derivatives.clear();
             derivatives.resize(vertices.len(), RingDerivatives::ZERO);
             differentiate(bending, shape, i, &vertices, &mut derivatives);
-            let second = self.second(bending, (gathered, curved), i);
+            let second = self.second_factors(bending, (gathered, curved), i);
             let area = gathered[i][3];
             let around = sheet.vertex_edges().of(i);
-            let by_factor = -curved.mean[i] / (growth_at(&conditions, i) * real(around.len()));
+            let by_factor =
+                -curved.grown_reference[i] / (growth_at(&conditions, i) * real(around.len()));
             for (v, at) in vertices.iter().zip(&derivatives) {
                 let by_mean = -second.pull * at.area - second.stiffness * area * second.bent(at);
                 for &(e, _) in around {
@@ -343,7 +344,7 @@ impl CurvedRest {
 
 impl CurvedRest {
     /// `∂²U/∂x∂C₀ = B (C₀ ∂A - ∂p)` of the rings of interior vertices, `∂p = J + (a/(2A) - 2H⁰) ∂A` with the J of
-    /// [`Second`].
+    /// [`SecondFactors`].
     pub(super) fn curvature_derivatives(
         &self,
         bending: &MeyerBending,
@@ -354,7 +355,7 @@ impl CurvedRest {
         if !self.changing.law {
             return;
         }
-        self.fill(bending, shape, work);
+        self.fill_derivatives(bending, shape, work);
         let MeyerWork { gathered, curved, .. } = work;
         let curved = curved.get_or_insert_default();
         let (mut vertices, mut derivatives) = (Vec::new(), Vec::new());
@@ -363,8 +364,8 @@ impl CurvedRest {
             derivatives.clear();
             derivatives.resize(vertices.len(), RingDerivatives::ZERO);
             differentiate(bending, shape, i, &vertices, &mut derivatives);
-            let second = self.second(bending, (gathered, curved), i);
-            let rest = curved.mean.get(i).copied().unwrap_or(0.0);
+            let second = self.second_factors(bending, (gathered, curved), i);
+            let rest = curved.grown_reference.get(i).copied().unwrap_or(0.0);
             let by_area = self.spontaneous(curved, i) - second.mean + rest;
             let b = bending.rigidity.at(i);
             for (v, at) in vertices.iter().zip(&derivatives) {
@@ -399,6 +400,7 @@ fn growth_at(conditions: &Conditions<'_>, i: usize) -> f64 {
 /// Sums of the area vectors around every vertex.
 fn gather_normals(shape: &Shape<'_>, normals: &mut Vec<Vec3>) {
     normals.resize(shape.x.len(), Vec3::zeros());
-    let write = |place: &mut Vec3, [Quad([x, y, z, _])]: &[Quad; 1]| *place = Vec3::new(*x, *y, *z);
+    let write =
+        |place: &mut Vec3, [F64x4([x, y, z, _])]: &[F64x4; 1]| *place = Vec3::new(*x, *y, *z);
     shape.sheet.triangle_patches().accumulate::<1, _>(&Normals { x: shape.x }, normals, write);
 }

@@ -39,7 +39,7 @@ use crate::linear::{BlockMatrix, LazyStencils, Stencils};
 use crate::num::index;
 use crate::sheet::Sheet;
 
-use boundary::Boundary;
+use boundary::BoundaryHinges;
 use curved::CurvedAt;
 use rings::Outer;
 use triangles::Inner;
@@ -50,7 +50,7 @@ pub(super) struct Places {
     rings: LazyStencils,
     local: Option<Local>,
     triangles: LazyStencils,
-    boundary: Option<Boundary>,
+    boundary: Option<BoundaryHinges>,
 }
 
 /// For every interior vertex and each of its triangles, which members of the ring its corners are.
@@ -160,7 +160,7 @@ pub(super) fn add(
         curved::add(at, curved, (shape, full), rings, into);
     }
     if part == HessianPart::Positive && bending.has_boundary && !at.is_shaped() {
-        let boundary = places.boundary.get_or_insert_with(|| Boundary::new(sheet));
+        let boundary = places.boundary.get_or_insert_with(|| BoundaryHinges::new(sheet));
         boundary.add(&bending.gaussian, bending.weight, shape, into);
     }
 }

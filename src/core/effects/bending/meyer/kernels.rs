@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::{MeyerBending, VertexDerivatives};
 use crate::Vec3;
 use crate::geometry::{AreaRule, Shape};
-use crate::parallel::patches::{Corners, Group, Kernel, Quad};
+use crate::parallel::patches::{Corners, F64x4, Group, Kernel};
 use crate::parallel::simd::{LANES, Lanes, Lanes3, Simd, angle};
 
 /// Four triangles: edges `e_k` opposite corner k, unit normals, twice the areas.
@@ -131,7 +131,7 @@ impl Gather<'_> {
 
 impl Kernel<3, 1> for Gather<'_> {
     #[inline(always)]
-    fn at<S: Simd>(&self, simd: S, group: &Group<3>) -> (S::Lanes, Corners<S::Lanes, 3, 1>) {
+    fn evaluate<S: Simd>(&self, simd: S, group: &Group<3>) -> (S::Lanes, Corners<S::Lanes, 3, 1>) {
         let (_, [a, b, c]) = self.triangles(simd, group);
         (simd.splat(0.0), [[a], [b], [c]])
     }
@@ -139,7 +139,7 @@ impl Kernel<3, 1> for Gather<'_> {
 
 impl Kernel<3, 2> for Gather<'_> {
     #[inline(always)]
-    fn at<S: Simd>(&self, simd: S, group: &Group<3>) -> (S::Lanes, Corners<S::Lanes, 3, 2>) {
+    fn evaluate<S: Simd>(&self, simd: S, group: &Group<3>) -> (S::Lanes, Corners<S::Lanes, 3, 2>) {
         let (faces, [a, b, c]) = self.triangles(simd, group);
         let zero = simd.splat(0.0);
         let first = faces.angle(simd, 0);
@@ -163,7 +163,7 @@ pub(super) struct Normals<'a> {
 
 impl Kernel<3, 1> for Normals<'_> {
     #[inline(always)]
-    fn at<S: Simd>(&self, simd: S, group: &Group<3>) -> (S::Lanes, Corners<S::Lanes, 3, 1>) {
+    fn evaluate<S: Simd>(&self, simd: S, group: &Group<3>) -> (S::Lanes, Corners<S::Lanes, 3, 1>) {
         let [va, vb, vc] = group.vertex;
         let a = Lanes3::gather(simd, self.x, va);
         let (b, c) = (Lanes3::gather(simd, self.x, vb) - a, Lanes3::gather(simd, self.x, vc) - a);
@@ -185,14 +185,14 @@ pub(super) struct Gradient<'a, const ANGLES: bool, const NORMALS: bool> {
 
 impl<const ANGLES: bool, const NORMALS: bool> Gradient<'_, ANGLES, NORMALS> {
     pub(super) fn add_to(&self, gradient: &mut [Vec3]) {
-        let write = |g: &mut Vec3, [Quad([x, y, z, _])]: &[Quad; 1]| *g += Vec3::new(*x, *y, *z);
+        let write = |g: &mut Vec3, [F64x4([x, y, z, _])]: &[F64x4; 1]| *g += Vec3::new(*x, *y, *z);
         self.shape.sheet.triangle_patches().accumulate(self, gradient, write);
     }
 }
 
 impl<const ANGLES: bool, const NORMALS: bool> Kernel<3, 1> for Gradient<'_, ANGLES, NORMALS> {
     #[inline(always)]
-    fn at<S: Simd>(&self, simd: S, group: &Group<3>) -> (S::Lanes, Corners<S::Lanes, 3, 1>) {
+    fn evaluate<S: Simd>(&self, simd: S, group: &Group<3>) -> (S::Lanes, Corners<S::Lanes, 3, 1>) {
         let Triangles { edge: e, normal: n, double_area } =
             Triangles::gather(simd, self.shape.x, group.vertex);
         let one = simd.splat(1.0);

@@ -24,16 +24,16 @@ use crate::linear::{BlockMatrix, LazyStencils};
 use crate::sheet::Sheet;
 
 /// Share of the hinge energy whose Gaussian modulus is that of a plate, by 1 - ν.
-const SHARE: f64 = 0.75;
+const HINGE_SHARE: f64 = 0.75;
 
 /// The hinges with a corner on the boundary.
 #[derive(Debug)]
-pub(super) struct Boundary {
+pub(super) struct BoundaryHinges {
     corners: Vec<[u32; 4]>,
     places: LazyStencils,
 }
 
-impl Boundary {
+impl BoundaryHinges {
     pub(super) fn new(sheet: &Sheet) -> Self {
         let on_boundary =
             |corners: &[u32; 4]| corners.iter().any(|&v| sheet.boundary()[v as usize]);
@@ -52,9 +52,9 @@ impl Boundary {
     ) {
         let rigidity = |gaussian: f64| {
             move |area: f64| match weight {
-                BendingWeight::Area => SHARE * gaussian,
+                BendingWeight::Area => HINGE_SHARE * gaussian,
                 // A sum of densities: the area of a vertex, that of two triangles, is missing.
-                BendingWeight::Paper => SHARE * gaussian / area,
+                BendingWeight::Paper => HINGE_SHARE * gaussian / area,
             }
         };
         let corners = &self.corners;

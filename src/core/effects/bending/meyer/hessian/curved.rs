@@ -1,6 +1,6 @@
 //! The outer part of the second derivatives with a rest shape that is not flat, or a spontaneous curvature.
 //!
-//! With `a = L·n` and the factors of [`Second`], one ring of vertices has
+//! With `a = L·n` and the factors of [`SecondFactors`], one ring of vertices has
 //!
 //! ```text
 //! stiffness · J ⊗ J + ½ pull ∂²a,   J = ½ ∂a - (½ a/A) ∂A,   ∂a = n·∂L + r·∂N
@@ -40,11 +40,11 @@ impl RingDerivatives {
 
 /// Second derivatives by what one vertex gathers.
 #[derive(Debug, Clone, Copy)]
-pub(in super::super) struct Second {
+pub(in super::super) struct SecondFactors {
     /// n.
     pub normal: Vec3,
     /// r.
-    pub slope: Vec3,
+    pub along_by_normal: Vec3,
     /// 1/|N|.
     pub inverse: f64,
     /// a.
@@ -76,16 +76,16 @@ impl Factors {
     };
 }
 
-impl Second {
+impl SecondFactors {
     /// J.
     pub(in super::super) fn bent(&self, at: &RingDerivatives) -> Vec3 {
-        let by = at.vector.tr_mul(&self.normal) + at.normal.tr_mul(&self.slope);
+        let by = at.vector.tr_mul(&self.normal) + at.normal.tr_mul(&self.along_by_normal);
         0.5 * by - self.mean * at.area
     }
 
     fn factors(&self, at: &RingDerivatives) -> Factors {
         let n = self.normal;
-        let tilt = [at.normal.tr_mul(&n), at.normal.tr_mul(&self.slope)];
+        let tilt = [at.normal.tr_mul(&n), at.normal.tr_mul(&self.along_by_normal)];
         let turn = at.normal - n * tilt[0].transpose();
         let across = at.vector - n * at.vector.tr_mul(&n).transpose();
         let rest = across - (0.5 * self.along * self.inverse) * turn;
@@ -122,8 +122,8 @@ pub(in super::super) fn differentiate(
         let n = face.normal;
         let mut unit = [0.0; 3];
         unit[k] = 1.0;
-        let mut by_area = [Vec3::zeros(); 3];
-        bending.area.add_gradient(shape, t, unit, &mut by_area);
+        let mut area_slopes = [Vec3::zeros(); 3];
+        bending.area.add_gradient(shape, t, unit, &mut area_slopes);
         for (m, v) in shape.sheet.triangles()[t].iter().enumerate() {
             let Ok(place) = vertices.binary_search(v) else { continue };
             let place = &mut ring[place];
@@ -134,7 +134,7 @@ pub(in super::super) fn differentiate(
                 _ => {}
             }
             place.normal += 0.5 * e[m].cross_matrix();
-            place.area += by_area[m];
+            place.area += area_slopes[m];
         }
     }
 }
@@ -179,7 +179,7 @@ fn add_ring(
         return;
     }
     differentiate(at.bending, shape, i, sink.vertices(), ring);
-    let second = rest.second(at.bending, (at.gathered, work), i);
+    let second = rest.second_factors(at.bending, (at.gathered, work), i);
     for (factors, at) in factors.iter_mut().zip(ring) {
         *factors = second.factors(at);
     }

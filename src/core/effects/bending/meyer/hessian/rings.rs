@@ -91,20 +91,20 @@ impl Outer<'_> {
             let corners = shape.corners(t);
             let face = Face::of(&corners);
             let (n, e) = (face.normal, edges_of(&corners));
-            let mut by_area = [Vec3::zeros(); 3];
+            let mut area_slopes = [Vec3::zeros(); 3];
             if bending.area.rule() == AreaRule::MixedVoronoi {
                 let mut unit = [0.0; 3];
                 unit[k] = 1.0;
-                bending.area.add_gradient(shape, t, unit, &mut by_area);
+                bending.area.add_gradient(shape, t, unit, &mut area_slopes);
             } else {
                 let half = 0.5 * bending.area.fractions()[t][k];
                 for m in 0..3 {
-                    by_area[m] = half * n.cross(&e[m]);
+                    area_slopes[m] = half * n.cross(&e[m]);
                 }
             }
-            let mut by_angle = [Vec3::zeros(); 3];
+            let mut angle_slopes = [Vec3::zeros(); 3];
             if self.second_order {
-                by_angle = angle_gradient(&e, &n, k);
+                angle_slopes = angle_gradient(&e, &n, k);
             }
             let inverse = 0.5 / face.area;
             for m in 0..3 {
@@ -114,8 +114,8 @@ impl Outer<'_> {
                 *x += n.x * along;
                 *y += n.y * along;
                 *z += n.z * along;
-                place.area += by_area[m];
-                place.angle += by_angle[m];
+                place.area += area_slopes[m];
+                place.angle += angle_slopes[m];
                 // Plus [n]× for the corner before k, minus [n]× for the one after.
                 let turn = match (m + 3 - k) % 3 {
                     1 => -n,

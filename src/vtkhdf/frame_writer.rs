@@ -49,11 +49,11 @@ pub struct State<'a> {
     /// Coordinates of the points.
     pub points: &'a [[f64; 3]],
     /// Fields on points.
-    pub point: Vec<Field<'a>>,
+    pub point_fields: Vec<Field<'a>>,
     /// Fields on cells.
-    pub cell: Vec<Field<'a>>,
+    pub cell_fields: Vec<Field<'a>>,
     /// Scalars of the whole frame, as (name, value): VTK's field data.
-    pub numbers: &'a [(String, f64)],
+    pub scalars: &'a [(String, f64)],
 }
 
 /// What is the same in all frames: the triangles, and how many points there are.
@@ -71,8 +71,8 @@ pub struct FrameWriter<D> {
     file: Growing<D>,
     compressed: bool,
     /// Names and components of the first frame, in the order of its data sets.
-    shape: Vec<(String, usize)>,
-    numbers: usize,
+    layout: Vec<(String, usize)>,
+    scalars: usize,
     cells: u64,
 }
 
@@ -117,38 +117,40 @@ impl<D: Disk> FrameWriter<D> {
         // In the order of the rows of a frame.
         let all_points = sets.add(Kind::F64, Some(3), Growth::Chunk(points), compressed);
         top.insert("Points".to_owned(), of(all_points));
-        let mut shape = Vec::new();
+        let mut layout = Vec::new();
         let mut fields = [BTreeMap::new(), BTreeMap::new()];
-        for (place, list, rows) in [(0, &first.point, points), (1, &first.cell, cells)] {
+        for (place, list, rows) in
+            [(0, &first.point_fields, points), (1, &first.cell_fields, cells)]
+        {
             for field in list {
                 let columns = (field.components > 1).then_some(field.components as u64);
                 let set = sets.add(Kind::F64, columns, Growth::Chunk(rows), compressed);
                 let (name, title) = hdf5_name(field.name);
                 fields[place].insert(name, Node::Growing(set, title));
-                shape.push((field.name.to_owned(), field.components));
+                layout.push((field.name.to_owned(), field.components));
             }
         }
-        let mut numbers = BTreeMap::new();
-        for (name, _) in first.numbers {
+        let mut scalars = BTreeMap::new();
+        for (name, _) in first.scalars {
             let set = sets.add(Kind::F64, None, Growth::Number, false);
             let (name, title) = hdf5_name(name);
-            numbers.insert(name, Node::Growing(set, title));
+            scalars.insert(name, Node::Growing(set, title));
         }
-        let crowded = fields.iter().chain([&numbers]).any(|group| group.len() > MOST_NAMES);
+        let crowded = fields.iter().chain([&scalars]).any(|group| group.len() > MOST_NAMES);
         if crowded
-            || fields[0].len() + fields[1].len() != shape.len()
-            || numbers.len() != first.numbers.len()
+            || fields[0].len() + fields[1].len() != layout.len()
+            || scalars.len() != first.scalars.len()
         {
             let what = format!(
                 "two fields get the same HDF5 name, or a group has more than {MOST_NAMES} fields"
             );
             return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
         }
-        let steps = steps(&mut sets, &fields, &numbers);
+        let steps = steps(&mut sets, &fields, &scalars);
         let [point, cell] = fields;
         top.insert("PointData".to_owned(), group(point));
         top.insert("CellData".to_owned(), group(cell));
-        top.insert("FieldData".to_owned(), group(numbers));
+        top.insert("FieldData".to_owned(), group(scalars));
         top.insert("Steps".to_owned(), steps);
         for (name, node) in fixed(topology) {
             top.insert(name.to_owned(), node);
@@ -158,7 +160,7 @@ impl<D: Disk> FrameWriter<D> {
             ("Type".to_owned(), Attribute::Text("UnstructuredGrid".to_owned())),
         ];
         let file = Growing::create(disk, ("VTKHDF", top, attributes), sets.0)?;
-        Ok(Self { file, compressed, shape, numbers: first.numbers.len(), cells })
+        Ok(Self { file, compressed, layout, scalars: first.scalars.len(), cells })
     }
 
     /// Frames written.
@@ -172,10 +174,10 @@ impl<D: Disk> FrameWriter<D> {
     /// # Errors
     /// Those of the file, and a state with other fields than the first one.
     pub fn append(&mut self, state: &State<'_>) -> io::Result<()> {
-        let fields: Vec<&Field<'_>> = state.point.iter().chain(&state.cell).collect();
-        let shape = fields.iter().map(|f| (f.name, f.components));
-        if !shape.eq(self.shape.iter().map(|(name, n)| (name.as_str(), *n)))
-            || state.numbers.len() != self.numbers
+        let fields: Vec<&Field<'_>> = state.point_fields.iter().chain(&state.cell_fields).collect();
+        let layout = fields.iter().map(|f| (f.name, f.components));
+        if !layout.eq(self.layout.iter().map(|(name, n)| (name.as_str(), *n)))
+            || state.scalars.len() != self.scalars
         {
             let what = "the frame has other fields than the first one".to_owned();
             return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
@@ -190,7 +192,7 @@ impl<D: Disk> FrameWriter<D> {
         let k = self.file.count;
         let cells = self.cells;
         let mut rows: Vec<Row> = chunks.into_iter().map(Row::Chunk).collect();
-        rows.extend(state.numbers.iter().map(|(_, value)| Row::Number(value.to_le_bytes())));
+        rows.extend(state.scalars.iter().map(|(_, value)| Row::Number(value.to_le_bytes())));
         rows.push(Row::Number(state.time.to_le_bytes()));
         rows.extend(
             [state.points.len() as u64 * k, cells * k, k].map(|n| Row::Number(n.to_le_bytes())),
@@ -204,12 +206,12 @@ impl<D: Disk> FrameWriter<D> {
 fn steps(
     sets: &mut DataSetSpecs,
     fields: &[BTreeMap<String, Node>; 2],
-    numbers: &BTreeMap<String, Node>,
+    scalars: &BTreeMap<String, Node>,
 ) -> Node {
     let of = |number: usize| Node::Growing(number, Vec::new());
     let mut steps = BTreeMap::new();
     let times = sets.add(Kind::F64, None, Growth::Number, false);
-    let [to_points, to_cells, to_numbers] =
+    let [to_points, to_cells, to_scalars] =
         [(); 3].map(|()| sets.add(Kind::I64, None, Growth::Number, false));
     let zero = sets.add(Kind::I64, None, Growth::Constant(0), false);
     let zeros = sets.add(Kind::I64, Some(1), Growth::Constant(0), false);
@@ -226,8 +228,8 @@ fn steps(
     steps.insert("ConnectivityIdOffsets".to_owned(), of(zeros));
     steps.insert("PointDataOffsets".to_owned(), offsets(&fields[0], to_points));
     steps.insert("CellDataOffsets".to_owned(), offsets(&fields[1], to_cells));
-    steps.insert("FieldDataOffsets".to_owned(), offsets(numbers, to_numbers));
-    steps.insert("FieldDataSizes".to_owned(), offsets(numbers, ones));
+    steps.insert("FieldDataOffsets".to_owned(), offsets(scalars, to_scalars));
+    steps.insert("FieldDataSizes".to_owned(), offsets(scalars, ones));
     Node::Group(steps, vec![("NSteps".to_owned(), Attribute::Number(0))])
 }
 

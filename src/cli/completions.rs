@@ -42,7 +42,7 @@ pub(super) fn man(args: &ManArgs) -> Result<()> {
     let mut command = Cli::command().disable_help_subcommand(true);
     command.build();
     let mut pages = Vec::new();
-    collect(&command, &args.dir, &mut pages).map_err(OutputError::write(&args.dir))?;
+    man_pages(&command, &args.dir, &mut pages).map_err(OutputError::write(&args.dir))?;
     // All are checked before one is written.
     let file = |(path, page): (PathBuf, Vec<u8>)| {
         Ok((ResultFile::new(&path, args.force, &Inputs::default())?, page))
@@ -56,7 +56,7 @@ pub(super) fn man(args: &ManArgs) -> Result<()> {
 }
 
 /// The pages of a command and of those below it, with their files.
-fn collect(
+fn man_pages(
     command: &Command,
     directory: &Path,
     pages: &mut Vec<(PathBuf, Vec<u8>)>,
@@ -66,7 +66,7 @@ fn collect(
     man.render(&mut page)?;
     pages.push((directory.join(man.get_filename()), page));
     for below in command.get_subcommands().filter(|command| command.get_name() != "help") {
-        collect(below, directory, pages)?;
+        man_pages(below, directory, pages)?;
     }
     Ok(())
 }

@@ -17,7 +17,7 @@ use crate::parallel;
 
 /// The factor: strips of rows in parallel, then the seams. What it errs by in single precision is nothing beside
 /// the fill that it leaves out.
-pub(super) struct Incomplete {
+pub(super) struct IncompleteLu {
     /// First unknown that it is of: it is the factor of the block from there on.
     first: usize,
     /// The order of its rows, and columns of whole rows, ascending, each with its diagonal. Shared with a
@@ -28,19 +28,19 @@ pub(super) struct Incomplete {
     diagonal: Vec<u32>,
     /// Their values; on the diagonal inverse pivots.
     value: Vec<f32>,
-    /// Sizes of the diagonals of the matrix.
-    size: Vec<f64>,
+    /// What the rows of the matrix are divided by: the sizes of their diagonals.
+    row_scale: Vec<f64>,
 }
 
-/// Rows on which one thread works: their own numbers, …
+/// The rows that one thread works on, with their values and scales.
 struct Part<'a> {
     rows: Range<usize>,
     value: &'a mut [f32],
-    size: &'a mut [f64],
+    row_scale: &'a mut [f64],
 }
 
 /// Numbers of a row on one side of the diagonal, with their columns.
-type Side<'a> = (&'a [u32], &'a [f32]);
+type Half<'a> = (&'a [u32], &'a [f32]);
 
 /// All numbers, as loops over rows read them.
 #[derive(Clone, Copy)]
@@ -53,18 +53,18 @@ struct Rows<'a> {
 
 impl<'a> Rows<'a> {
     #[inline]
-    fn at(self, places: Range<u32>) -> Side<'a> {
+    fn at(self, places: Range<u32>) -> Half<'a> {
         let places = places.start as usize..places.end as usize;
         (&self.column[places.clone()], &self.value[places])
     }
 
     #[inline]
-    fn lower(self, i: usize) -> Side<'a> {
+    fn lower(self, i: usize) -> Half<'a> {
         self.at(self.start[i]..self.diagonal[i])
     }
 
     #[inline]
-    fn upper(self, i: usize) -> Side<'a> {
+    fn upper(self, i: usize) -> Half<'a> {
         self.at(self.diagonal[i] + 1..self.start[i + 1])
     }
 
@@ -74,7 +74,7 @@ impl<'a> Rows<'a> {
     }
 }
 
-impl Incomplete {
+impl IncompleteLu {
     /// For matrices with this pattern, of which it is a factor of the block from the unknown `first` on.
     pub(super) fn new(matrix: &Sparse, first: usize) -> Self {
         let block = Block { pattern: matrix.pattern(), first };
@@ -89,8 +89,8 @@ impl Incomplete {
         let left = |i: usize| pattern.row(i).partition_point(|&j| (j as usize) < i);
         let diagonal = (0..pattern.rows()).map(|i| index(pattern.places(i).start + left(i)));
         let diagonal = diagonal.collect();
-        let (value, size) = (vec![0.0; pattern.entries()], vec![1.0; pattern.rows()]);
-        Self { first, strips, pattern, diagonal, value, size }
+        let (value, row_scale) = (vec![0.0; pattern.entry_count()], vec![1.0; pattern.rows()]);
+        Self { first, strips, pattern, diagonal, value, row_scale }
     }
 
     /// Number of rows.
@@ -99,8 +99,8 @@ impl Incomplete {
     }
 
     /// Number of entries, diagonals included.
-    pub(super) fn entries(&self) -> usize {
-        self.pattern.entries()
+    pub(super) fn entry_count(&self) -> usize {
+        self.pattern.entry_count()
     }
 
     #[inline]
@@ -133,23 +133,23 @@ impl Incomplete {
 
     /// Does `what` with ranges of rows in parallel, the seams after the strips, and lets it look up the values of
     /// the strips; the first that fails counts.
-    fn each(
+    fn for_each_part(
         &mut self,
         what: impl Fn(&Self, Part<'_>, &[f32]) -> Result<(), LinearError> + Sync,
     ) -> Result<(), LinearError> {
         let mut value = std::mem::take(&mut self.value);
-        let mut size = std::mem::take(&mut self.size);
+        let mut row_scale = std::mem::take(&mut self.row_scale);
         let inner = self.strips.strips.last().map_or(0, |strip| strip.end);
         let (strips, seams) = value.split_at_mut(self.begin(inner));
-        let (size_strips, size_seams) = size.split_at_mut(inner);
+        let (scale_strips, scale_seams) = row_scale.split_at_mut(inner);
         let run = |parts: Vec<Part<'_>>, known: &[f32]| {
             let done: Vec<Result<(), LinearError>> =
                 parts.into_par_iter().map(|part| what(self, part, known)).collect();
             done.into_iter().collect::<Result<(), LinearError>>()
         };
-        let done = run(self.cut(&self.strips.strips, strips, size_strips), &[])
-            .and_then(|()| run(self.cut(&self.strips.seams, seams, size_seams), strips));
-        (self.value, self.size) = (value, size);
+        let done = run(self.cut(&self.strips.strips, strips, scale_strips), &[])
+            .and_then(|()| run(self.cut(&self.strips.seams, seams, scale_seams), strips));
+        (self.value, self.row_scale) = (value, row_scale);
         done
     }
 
@@ -158,14 +158,14 @@ impl Incomplete {
         &self,
         ranges: &[Range<usize>],
         mut value: &'a mut [f32],
-        mut size: &'a mut [f64],
+        mut row_scale: &'a mut [f64],
     ) -> Vec<Part<'a>> {
         let mut parts = Vec::with_capacity(ranges.len());
         for rows in ranges {
             let (own, rest) = value.split_at_mut(self.begin(rows.end) - self.begin(rows.start));
-            let (sizes, others) = size.split_at_mut(rows.len());
-            parts.push(Part { rows: rows.clone(), value: own, size: sizes });
-            (value, size) = (rest, others);
+            let (scales, others) = row_scale.split_at_mut(rows.len());
+            parts.push(Part { rows: rows.clone(), value: own, row_scale: scales });
+            (value, row_scale) = (rest, others);
         }
         parts
     }
@@ -173,8 +173,8 @@ impl Incomplete {
     /// Takes over the values of a matrix of the pattern.
     pub(super) fn load(&mut self, matrix: ShiftedJacobian<'_>) {
         let in_strips = matrix.jacobian().strips.is_some();
-        let loaded = self.each(|factor, part, _| {
-            let Part { rows, value, size } = part;
+        let loaded = self.for_each_part(|factor, part, _| {
+            let Part { rows, value, row_scale } = part;
             let from = factor.begin(rows.start);
             value.fill(0.0);
             for i in rows.clone() {
@@ -182,7 +182,7 @@ impl Incomplete {
                 let unknown = factor.first + factor.strips.order[i] as usize;
                 let row = if in_strips { i } else { unknown };
                 let divisor = matrix.diagonal_scale(row);
-                size[i - rows.start] = divisor;
+                row_scale[i - rows.start] = divisor;
                 let own = &mut value[factor.begin(i) - from..factor.begin(i + 1) - from];
                 if in_strips {
                     let entries = matrix.row(i).map(|(_, entry)| single(entry / divisor));
@@ -206,7 +206,7 @@ impl Incomplete {
     /// # Errors
     /// [`LinearError`] where a pivot vanishes or is not finite.
     pub(super) fn eliminate(&mut self) -> Result<(), LinearError> {
-        self.each(Self::eliminate_part)
+        self.for_each_part(Self::eliminate_part)
     }
 
     fn eliminate_part(&self, part: Part<'_>, known: &[f32]) -> Result<(), LinearError> {
@@ -255,12 +255,12 @@ impl Incomplete {
     }
 
     /// Writes a right-hand side in the order and the units of the rows.
-    pub(super) fn take(&self, x: &[f64], rows: &mut [f64]) {
-        parallel::fill(rows, |i| x[self.strips.order[i] as usize] / self.size[i]);
+    pub(super) fn rhs_to_rows(&self, x: &[f64], rows: &mut [f64]) {
+        parallel::fill(rows, |i| x[self.strips.order[i] as usize] / self.row_scale[i]);
     }
 
     /// Writes a solution in the order of the unknowns.
-    pub(super) fn give(&self, rows: &[f64], x: &mut [f64]) {
+    pub(super) fn rows_to_unknowns(&self, rows: &[f64], x: &mut [f64]) {
         parallel::fill(x, |unknown| rows[self.strips.row[unknown] as usize]);
     }
 
