@@ -1,9 +1,11 @@
 """What contact costs: in scenes where sheets touch, and where nothing is near.
 
     benches/contact.py PROGRAM touching                   the shipped scenes of models/contact, and Model I until folds touch
+    benches/contact.py PROGRAM dense [--vertices 400 2000]   a crumpled sheet with and without contact
     benches/contact.py PROGRAM apart [--vertices 5000 20000] [--thickness 0.25 2]
 
-`touching` prints steps, iterations, seconds, the share of contact, and what touches at the end. `apart` runs a dome under
+`touching` prints steps, iterations, seconds, the share of contact, and what touches at the end. `dense` runs the closing
+box of models/contact/crumpled.toml, without contact through itself. `apart` runs a dome under
 pressure with and without contact and prints the cost of one evaluation, of one step limit and of all contact in
 units of one evaluation of all other energies. Prints rows of `docs/notebook/contact.md`. One thread; needs the plugins beside PROGRAM.
 """
@@ -59,6 +61,33 @@ def touching(program: str, folder: Path) -> None:
         )
 
 
+def dense(program: str, folder: Path, vertices: int) -> None:
+    """A sheet in a closing box."""
+    text = (MODELS / "contact" / "crumpled.toml").read_text()
+    each = {}
+    for name, scene_text in (("without", text.replace(CONTACT, "")), ("with", text)):
+        assert (CONTACT in scene_text) == (name == "with"), "crumpled.toml has no contact that could be left out"
+        scene = folder / f"{name}.toml"
+        scene.write_text(scene_text)
+        allowed = 0 if name == "with" else 10**9
+        overrides = ("sheet.imperfection.amplitude=0.01", f"invariants.crossings={allowed}")
+        costs, row = run(program, scene, f"sheet.vertices={vertices}", *overrides)
+        work = costs["work"]
+        relaxations = next(part for part in costs["parts"] if part["name"].startswith("relaxation"))["counts"][0][1]
+        each[name] = [costs["seconds"] / n for n in (relaxations, work["gradients"] + work["energies"])]
+        share = parts(costs).get("contact", {"share": 0.0})["share"]
+        last = f"{share:.0%} | {row.get('pairs of contact', '')}"
+        relaxation, evaluation = (1e3 * seconds for seconds in each[name])
+        crossings = row.get("crossings [pairs of triangles]", "")
+        print(
+            f"| {vertices}, {name} | {work['steps']} | {relaxations} | {work['iterations']} | {relaxation:.0f} | {evaluation:.2f} "
+            f"| {last} | {crossings} |",
+            flush=True,
+        )
+    ratios = [contact / free for contact, free in zip(each["with"], each["without"], strict=True)]
+    print(f"| with : without | | | | {ratios[0]:.1f} | {ratios[1]:.1f} | | | |", flush=True)
+
+
 def apart(program: str, folder: Path, vertices: int, thickness: float) -> None:
     """A dome under pressure whose surfaces are far from one another."""
     text = (MODELS / "policies" / "dome.toml").read_text()
@@ -84,16 +113,23 @@ def main() -> None:
     """Reads the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program")
-    parser.add_argument("what", choices=["touching", "apart"])
-    parser.add_argument("--vertices", type=int, nargs="+", default=[5000, 20000])
+    parser.add_argument("what", choices=["touching", "dense", "apart"])
+    parser.add_argument("--vertices", type=int, nargs="+")
     parser.add_argument("--thickness", type=float, nargs="+", default=[0.25, 2.0])
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         if given.what == "touching":
             return touching(given.program, Path(folder))
+        if given.what == "dense":
+            head = "vertices, contact | steps | relaxations | iterations | ms a relaxation | ms an evaluation | of contact"
+            print(f"| {head} | pairs | crossings |")
+            print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |")
+            for vertices in given.vertices or [400, 2000]:
+                dense(given.program, Path(folder), vertices)
+            return None
         print("| vertices | thickness | pairs | ms an evaluation of the others | contact, in these | run, with : without |")
         print("| --- | --- | --- | --- | --- | --- |")
-        for vertices in given.vertices:
+        for vertices in given.vertices or [5000, 20000]:
             for thickness in given.thickness:
                 apart(given.program, Path(folder), vertices, thickness)
 
