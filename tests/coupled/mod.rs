@@ -3,6 +3,7 @@
 mod branches;
 mod chemistry;
 mod curvature;
+mod floating;
 mod folds;
 mod hazards;
 mod jacobian;

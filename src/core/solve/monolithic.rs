@@ -19,7 +19,7 @@ use super::equilibrium::Relaxation;
 use super::path::first_equilibrium;
 use super::{Control, Integrator, Result, SolveError, StepReport, StepRule, Workspace, counters};
 use crate::linear::{LinearChoice, Sparse};
-use crate::model::{Coupled, Layout, Model, ModelError, Part, State, TimeCourse};
+use crate::model::{Coupled, Layout, Model, ModelError, Part, Positions, State, TimeCourse};
 use crate::num::checked::Positive;
 use crate::ode::{Failure, Integration, OdeMethod, OdeProblem, Options, Rejected};
 use crate::tally::Meter;
@@ -85,6 +85,8 @@ struct Running {
     layout: Arc<Layout>,
     /// Where it is; `None` after a failed step. From another state it restarts.
     at: Option<State>,
+    /// The shape of the unknowns, where a sheet that floats is moved rigidly from there.
+    held: Option<Positions>,
 }
 
 /// The integrator of diffsol's methods on the whole system, or on a part of it.
@@ -152,7 +154,8 @@ impl Monolithic {
             }
             coupled.pack(state)
         };
-        if let Some(Running { integration, .. }) = &mut self.running {
+        if let Some(Running { integration, at, held, .. }) = &mut self.running {
+            (*at, *held) = (None, None);
             let start = integration.with(|problem| {
                 problem.control = workspace.control.clone();
                 begin(&mut problem.coupled)
@@ -183,7 +186,7 @@ impl Monolithic {
         let control = workspace.control.clone();
         let problem = Problem { coupled, control, scale };
         let integration = Integration::new(problem, state.time, start, options)?;
-        self.running = Some(Running { integration, layout, at: None });
+        self.running = Some(Running { integration, layout, at: None, held: None });
         Ok(())
     }
 
@@ -201,11 +204,14 @@ impl Monolithic {
         if !self.running.as_ref().is_some_and(here) {
             self.restart(workspace, state, until)?;
         }
-        let Some(Running { integration, layout, at }) = &mut self.running else {
+        let Some(Running { integration, layout, at, held }) = &mut self.running else {
             return Err(SolveError::NotFinite);
         };
         // The accepted state is the start of the next step.
         let mut next = at.take().unwrap_or_else(|| state.clone());
+        if let Some(shape) = held.take() {
+            next.x = shape;
+        }
         let tolerance = (self.rtol, self.atol);
         let model = Arc::clone(&workspace.model);
         let mut rejected = Rejected::default();
@@ -224,6 +230,12 @@ impl Monolithic {
         }
         stepped.map_err(|error| explained(error.into(), &model, (self.part, state.time)))?;
         next.step += 1;
+        // Without storage the vertices that are held decide where the sheet lies.
+        if self.part == Part::Whole && model.moves() && model.storage().mechanics == 0.0 {
+            let shape = next.x.clone();
+            workspace.settle(&mut next, &state.x)?;
+            *held = (next.x != shape).then_some(shape);
+        }
         let mut report = StepReport { step: next.time - state.time, ..StepReport::default() };
         if self.part != Part::Chemistry {
             report.relaxation.residual = workspace.residual_to_tell(&next)?;
