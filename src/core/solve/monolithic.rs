@@ -154,7 +154,8 @@ impl Monolithic {
             }
             coupled.pack(state)
         };
-        if let Some(Running { integration, .. }) = &mut self.running {
+        if let Some(Running { integration, at, held, .. }) = &mut self.running {
+            (*at, *held) = (None, None);
             let start = integration.with(|problem| {
                 problem.control = workspace.control.clone();
                 begin(&mut problem.coupled)
