@@ -12,6 +12,7 @@ mod path;
 mod policies;
 mod ranks;
 mod rotated;
+mod short_steps;
 mod stiff;
 mod threads;
 mod transactions;

@@ -136,5 +136,5 @@ fn coefficients_that_no_diffusion_has_are_refused() {
     let (_, mut simulation) = prepare(text, &[]);
     let error = simulation.prepare().and_then(|_| simulation.step(1.0).map(|_| ()));
     let message = error.unwrap_err().to_string();
-    assert!(message.contains("the diffusion coefficient of `c` becomes -"), "{message}");
+    assert!(message.contains("the coefficient of diffusion of `c` becomes -"), "{message}");
 }

@@ -41,6 +41,13 @@ fn a_negative_eigenvalue_is_refused_with_the_matrix() {
     assert_eq!(prepared(["0.1", "0.4"], ["50.0", "0.0"]).unwrap(), Vec::<String>::new());
 }
 
+/// Well-posed ones were refused, the coefficient that reads a species counted as 0.
+#[test]
+fn of_coefficients_that_read_species_nothing_is_said() {
+    assert_eq!(prepared(["'4 + u'", "1.0"], ["2.0", "1.0"]).unwrap(), Vec::<String>::new());
+    assert_eq!(prepared(["'1 + 0.1*x'", "1.0"], ["'0.5*u'", "1.0"]).unwrap(), Vec::<String>::new());
+}
+
 #[test]
 fn coefficients_that_are_ill_posed_in_a_part_are_told() {
     // 1·(1 + x) - 0.5 is negative left of x = -0.5.

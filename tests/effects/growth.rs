@@ -177,6 +177,23 @@ fn growth_with_shear_has_the_lengths_of_its_metric() {
     assert!(error.message.contains("the shear is 1.2 between vertices"), "{error}");
 }
 
+#[test]
+fn a_metric_without_lengths_gives_no_positive_factor() {
+    let sheet = irregular(6, 5, 0.2);
+    let at = |along: &str, across: &str, shear: &str, time: f64| {
+        let spec = Growth {
+            shear: Some(Field::Formula(shear.into())),
+            ..directed(Some(along), Some(across), ["1", "0", "0"])
+        };
+        built(&sheet, &spec).unwrap().at(&sheet, time).into_owned()
+    };
+    assert!(at("1 - 2*t", "1", "0", 1.0).iter().all(|f| *f == -1.0));
+    assert!(at("1", "2 - 2*t", "0", 1.0).iter().all(|f| *f == 0.0));
+    // Eigenvalues 1 ± 1.5; just inside all lengths are positive.
+    assert!(at("1", "1", "1.5*t", 1.0).iter().all(|f| *f == -(0.5f64.sqrt())));
+    assert!(at("1", "1", "0.999*t", 1.0).iter().all(|f| *f > 0.0));
+}
+
 /// That neither triangles nor bonds have an energy or a force at `x` under these length factors.
 fn without_stress(sheet: &std::sync::Arc<Sheet>, factor: &[f64], x: &[Vec3]) {
     let stretching = [

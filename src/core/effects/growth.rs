@@ -297,6 +297,17 @@ impl Directed {
     }
 }
 
+/// The least length factor of a metric in any direction, if it is not positive; none of a metric that has only lengths.
+fn without_length([g, h, s]: [f64; 3]) -> Option<f64> {
+    let least = g.min(h);
+    if !(least > 0.0) {
+        return Some(least);
+    }
+    let half = 0.5 * (g * g - h * h);
+    let eigenvalue = 0.5 * (g * g + h * h) - half.hypot(s);
+    (!(s.abs() < g * h)).then(|| -eigenvalue.abs().sqrt())
+}
+
 impl Factors {
     fn depends_on_time(&self) -> bool {
         match self {
@@ -316,7 +327,8 @@ impl Factors {
                 let mut factor = vec![1.0; angles.len()];
                 parallel::fill(&mut factor, |e| {
                     let ([g, h, s], [square, product]) = (at(e), angles[e]);
-                    (g * g * square + h * h * (1.0 - square) + 2.0 * s * product).sqrt()
+                    let along = g * g * square + h * h * (1.0 - square) + 2.0 * s * product;
+                    without_length([g, h, s]).unwrap_or_else(|| along.sqrt())
                 });
                 factor
             }

@@ -445,7 +445,10 @@ impl Chemistry {
         species: &[&[f64]],
         out: &mut [f64],
     ) -> Result<(), ModelError> {
+        let crosses = term.read_species() != term.species();
         term.add_rate_of(sheet, operator, species, out).map_err(|wrong| ModelError::Coefficient {
+            effect: term.name(),
+            range: if crosses { "a finite number" } else { "a number ≥ 0" },
             species: self.descriptor().species[term.species()].name.clone(),
             location: self.location,
             point: wrong.point,

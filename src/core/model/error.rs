@@ -61,12 +61,16 @@ pub enum ModelError {
         /// The time.
         time: f64,
     },
-    /// A diffusion coefficient by a formula of species that is negative or not finite.
+    /// A coefficient by a formula of species that is none of its effect.
     #[error(
-        "the diffusion coefficient of `{species}` becomes {} at {} {point}; it must be a number ≥ 0",
+        "the coefficient of {effect} of `{species}` becomes {} at {} {point}; it must be {range}",
         Short(*value), location.noun()
     )]
     Coefficient {
+        /// Name of the effect.
+        effect: &'static str,
+        /// What it has to be.
+        range: &'static str,
         /// The species that diffuses.
         species: String,
         /// Where species live.

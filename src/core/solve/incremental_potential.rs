@@ -14,8 +14,9 @@
 //!
 //! What the second stage changes estimates the error, `(x_2 - a_2) - (x_1 - a_1) ≈ a (1-a) Δt² x''`: that of
 //! a method of first order, so that the second-order result errs in proportion to the tolerance. A stage
-//! is solved to a share of that tolerance. Where sdirk2 ends with more energy than it started from under
-//! the same conditions, its stages say nothing about a motion so rough, and Euler's single stage is taken.
+//! is solved to a share of that tolerance, and of the displacement that the velocity before it predicts. Where sdirk2
+//! ends with more energy than it started from under the same conditions, its stages say nothing about a motion so
+//! rough, and Euler's single stage is taken.
 //!
 //! References: Alexander, SIAM J. Numer. Anal. 14 (1977), doi:10.1137/0714068 (the method); Jordan,
 //! Kinderlehrer & Otto, SIAM J. Math. Anal. 29 (1998), doi:10.1137/S0036141096303359 (steps as minimisations).
@@ -69,8 +70,10 @@ pub(super) struct Stepping {
     pub(super) drag: f64,
     /// Two stages rather than one.
     pub(super) second_order: bool,
-    /// Lengths below this do not matter.
+    /// Lengths below this do not matter,
     pub(super) tolerance: f64,
+    /// nor those below this share of the largest displacement: however short steps are, together they move the sheet.
+    pub(super) relative: f64,
     /// Radius of the trust region of a stage about its prediction, in mean edges.
     pub(super) trust: Option<f64>,
     /// Factor on the force tolerance.
@@ -231,7 +234,11 @@ impl Stage<'_> {
         let about = half.as_deref().unwrap_or(&self.from.x);
         let weights =
             model.drag().weights(model.sheet(), about, self.by.drag / (share * self.step));
-        Anchor { x, weights, slack: SLACK * self.by.tolerance }
+        let farthest = self.velocity.map_or(0.0, |velocity| {
+            share * self.step * model.sheet().reduction().largest(velocity)
+        });
+        let slack = (SLACK * self.by.tolerance).min(self.by.relative * farthest);
+        Anchor { x, weights, slack }
     }
 
     /// Where the velocities at the start lead in a share of the step.

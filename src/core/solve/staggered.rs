@@ -249,6 +249,7 @@ impl Staggered {
                 drag: 1.0,
                 second_order,
                 tolerance,
+                relative: self.spec.rtol.get(),
                 trust: None,
                 force_factor: 1.0,
                 distance_tolerance: f64::INFINITY,

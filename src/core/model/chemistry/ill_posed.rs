@@ -8,7 +8,7 @@
 //! grow without bound, faster on every finer mesh, and the equation has no solution.
 //!
 //! Limits: D of the rest shape; transports that are no multiple of Δ, as advection, are left out, and so are reactions, which bound
-//! no rate that grows with k².
+//! no rate that grows with k². Where one of the coefficients reads species nothing is said.
 
 use nalgebra::DMatrix;
 
@@ -41,6 +41,10 @@ impl Chemistry {
         let involved: Vec<usize> = (0..self.descriptor().species.len())
             .filter(|s| crossed.iter().any(|t| t.read_species() == *s || t.species() == *s))
             .collect();
+        let reads = |t: &super::TransportTerm| !t.read_by_coefficient().is_empty();
+        if self.transports.iter().any(|t| involved.contains(&t.species()) && reads(t)) {
+            return None;
+        }
         let row = |species: usize| involved.iter().position(|s| *s == species);
         let parts: Vec<(usize, usize, Values)> = self
             .transports

@@ -309,6 +309,7 @@ fn sub_step(
         drag: viscosity,
         second_order: false,
         tolerance: 0.0,
+        relative: 0.0,
         trust: Some(radius(route)),
         force_factor,
         distance_tolerance: DISTANCE_TOLERANCE,
