@@ -11,8 +11,9 @@ use known_answers::chemistry::{CARRIED, FINE};
 use known_answers::plates::Boundary;
 use known_answers::strips::Ends;
 use known_answers::{
-    BOND_HINGE, BOND_MEYER, Outcome, STVK_HINGE, STVK_MEYER, Sample, active, annulus, branches,
-    caps, chemistry, contact, growth, membranes, plates, remodelling, shells, steady, strips, sze,
+    BOND_HINGE, BOND_MEYER, Outcome, STVK_HINGE, STVK_MEYER, Sample, active, annulus, bilayer,
+    branches, caps, chemistry, contact, growth, membranes, plates, remodelling, shells, steady,
+    strips, sze,
 };
 
 /// Prints the tables.
@@ -451,5 +452,16 @@ fn branch_tables() -> Outcome<()> {
     );
     let strains: Vec<Sample> = all.iter().map(|found| found.strain).collect();
     table("strain of the first bifurcation", &strains);
+    bilayer_tables()
+}
+
+fn bilayer_tables() -> Outcome<()> {
+    println!("\n## Q5: a disc that bends itself, from a cap to a trough");
+    let all: Outcome<Vec<_>> = [300, 1200, 4800].iter().map(|&n| bilayer::bilayer(n)).collect();
+    let all = all?;
+    let critical: Vec<Sample> = all.iter().map(|found| found.critical).collect();
+    table("critical spontaneous curvature over that of theory", &critical);
+    let slope: Vec<Sample> = all.iter().map(|found| found.slope).collect();
+    table("slope of (κ_x - κ_y)² over C₀²", &slope);
     Ok(())
 }

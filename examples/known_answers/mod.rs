@@ -5,6 +5,7 @@
 
 pub mod active;
 pub mod annulus;
+pub mod bilayer;
 pub mod branches;
 pub mod caps;
 pub mod chemistry;

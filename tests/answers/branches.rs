@@ -1,4 +1,4 @@
-//! Q1, Q2: branches of equilibria through a bifurcation and two folds; a sheet that nothing holds.
+//! Q1, Q2, Q5: branches of equilibria through bifurcations and folds; a sheet that nothing holds.
 
 use std::sync::Arc;
 
@@ -8,6 +8,7 @@ use rumple::sheet::{Shape, Sheet, generate};
 use rumple::solve::Control;
 use rumple::solve::continuation::{Continuation, Event, Family, Settings};
 
+use super::known_answers::bilayer::bilayer;
 use super::known_answers::branches::{arch, column};
 use super::known_answers::shells::SHELL_MEYER;
 use super::known_answers::{Outcome, mechanics};
@@ -28,6 +29,14 @@ fn an_arch_snaps_down_and_back_at_its_limit_loads() {
         assert!(limit.error().abs() < 0.03, "{limit:?}");
     }
     assert_eq!(found.negative, [0, 1, 0]);
+}
+
+#[test]
+fn a_disc_that_bends_itself_becomes_a_trough() {
+    let found = bilayer(600).unwrap();
+    println!("{:?} {:?}", found.critical, found.slope);
+    assert!(found.critical.error().abs() < 0.03, "{:?}", found.critical);
+    assert!(found.slope.error().abs() < 0.12, "{:?}", found.slope);
 }
 
 const MATERIAL: Material = Material { young: 1e4, poisson: 0.3, thickness: 0.8 };

@@ -62,3 +62,26 @@ fn a_free_disc_has_no_net_motion() {
         assert!(shape > 1e-2, "{policy}: {shape}");
     }
 }
+
+/// A foundation of stiffness k per area hinders what no pin does: under a load p per area the disc sinks by p/k. Held at
+/// six coordinates, as a sheet that floats is, it went 0.82 of that way.
+#[test]
+fn a_foundation_is_no_pin() {
+    let text = DISC
+        .replace(
+            "    { kind = \"diffusion\"",
+            "    { kind = \"foundation\", where = \"all\", stiffness = 2.0 },
+    { kind = \"load\", where = \"all\", force = { per-area = [0.0, 0.0, 0.1] }, ramp = { formula = \"20*t\" } },
+    { kind = \"diffusion\"",
+        )
+        .replace(", bump = { amplitude = 0.5, width = 4.0 }", "")
+        .replace("plugin = \"curvature-feedback\"", "rates.c = \"1 - c\"")
+        .replace("parameters = { c_star = 0.1 }", "");
+    let (_, mut simulation) = prepare(&text, &["time.policy=\"quasi-static\""]);
+    simulation.prepare().unwrap();
+    while simulation.state().time < 0.05 {
+        simulation.step(0.05).unwrap();
+    }
+    let height = centre(&simulation.state().x).z;
+    assert!((height / 0.05 - 1.0).abs() < 1e-3, "{height}");
+}

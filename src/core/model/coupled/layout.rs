@@ -2,9 +2,10 @@
 
 use std::borrow::Cow;
 
-use super::super::rigid::{free_motions, minimal_pins};
+use super::super::rigid::minimal_pins;
 use super::super::{Mechanics, Model, State};
 use super::Part;
+use super::unhindered::unhindered;
 use crate::Vec3;
 use crate::num::index;
 
@@ -31,13 +32,8 @@ impl Layout {
         let mechanics = model.mechanics();
         let mut pins = Cow::Borrowed(mechanics.pins());
         if moves && still {
-            // Without storage the rows of forces say nothing about rigid motions.
-            let (motions, _) = free_motions(
-                mechanics.sheet().rest(),
-                &pins,
-                mechanics.sheet().reduction(),
-                |_| 1.0,
-            );
+            // Without storage the rows of forces say nothing about these.
+            let motions = unhindered(mechanics);
             for (vertex, axis) in minimal_pins(&motions, &pins) {
                 pins.to_mut()[vertex][axis] = true;
             }

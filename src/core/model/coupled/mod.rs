@@ -12,6 +12,7 @@
 
 mod jacobian;
 mod layout;
+mod unhindered;
 
 pub use layout::Layout;
 
