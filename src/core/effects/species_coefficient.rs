@@ -19,7 +19,7 @@ use crate::kinetics::formula::SpeciesFormula;
 use crate::parallel;
 use crate::sheet::Sheet;
 
-/// A coefficient that no diffusion has.
+/// An inadmissible coefficient: not finite or, of a species by itself, negative.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WrongCoefficient {
     /// Number of the point.
@@ -57,7 +57,7 @@ impl<'a> At<'a> {
         values.iter().zip(&self.d).map(|(value, d)| value * d).collect()
     }
 
-    /// Where it is not finite or, of a species by itself, negative.
+    /// The first point where it is inadmissible.
     fn wrong(&self) -> Option<WrongCoefficient> {
         let crosses = self.term.read_species() != self.term.species();
         let right = |d: f64| d.is_finite() && (crosses || d >= 0.0);
@@ -87,7 +87,7 @@ impl TransportTerm {
     /// Adds the rate of change to `out`.
     ///
     /// # Errors
-    /// Where the coefficient is none that diffusion has.
+    /// Where the coefficient is inadmissible.
     pub fn add_rate_of(
         &self,
         sheet: &Sheet,

@@ -67,7 +67,7 @@ impl EffectContext<'_> {
     /// The values of a field whose formula may read the time; `key` is to blame. Ranges of N hold for what does not.
     ///
     /// # Errors
-    /// As for [`Field::on`]; a formula of the time that is no number at time 0.
+    /// As for [`Field::on`]; a formula of the time that is not finite at time 0.
     pub(super) fn timed_field<N: Checked>(
         &self,
         field: &Field<N>,

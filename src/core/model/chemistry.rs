@@ -437,7 +437,7 @@ impl Chemistry {
     /// Adds the rate of one transport to `out`.
     ///
     /// # Errors
-    /// If its coefficient reads species and is none that diffusion has.
+    /// If its coefficient reads species and is inadmissible somewhere.
     pub fn add_transport(
         &self,
         sheet: &Sheet,

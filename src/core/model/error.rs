@@ -61,7 +61,7 @@ pub enum ModelError {
         /// The time.
         time: f64,
     },
-    /// A coefficient by a formula of species that is none of its effect.
+    /// An inadmissible coefficient of diffusion or cross-diffusion, by a formula of species.
     #[error(
         "the coefficient of {effect} of `{species}` becomes {} at {} {point}; it must be {range}",
         Short(*value), location.noun()

@@ -7,6 +7,8 @@
 //! is what a displacement along motion b changes of the force along motion a. Null vectors of K are free: the rows of forces say
 //! nothing about them. A foundation hinders motions that pins leave free; an energy that is invariant hinders none, at rest or not.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, Vector6};
 
 use super::super::rigid::{Motion, free_motions, move_rigidly};
@@ -20,7 +22,7 @@ const DISPLACEMENT: f64 = 1e-3;
 const ROUND_OFF: f64 = 1e-12;
 
 /// The motions of the sheet at rest that neither pins nor forces hinder, the species that energies read being 0.
-pub(super) fn unhindered(mechanics: &std::sync::Arc<Mechanics>) -> Vec<Motion> {
+pub(super) fn unhindered(mechanics: &Arc<Mechanics>) -> Vec<Motion> {
     let x = mechanics.sheet().rest();
     let reduction = mechanics.sheet().reduction();
     let (motions, radius) = free_motions(x, mechanics.pins(), reduction, |_| 1.0);
