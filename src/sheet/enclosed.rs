@@ -1,7 +1,6 @@
 //! The side on which a closed surface has its inside.
 
 use rumple_numerics::Vec3;
-use rumple_numerics::num::real;
 
 use crate::Sheet;
 
@@ -10,22 +9,26 @@ const FLAT: f64 = 1e-9;
 
 /// The sign of the volume that the shape `x` of a closed sheet encloses, 0 where it is one of round-off.
 fn side(sheet: &Sheet, x: &[Vec3]) -> f64 {
-    let mean = x.iter().sum::<Vec3>() / real(x.len());
-    let cone = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(|v| x[v as usize] - mean);
-        a.dot(&b.cross(&c))
-    };
-    let cones = sheet.triangles().iter().map(cone);
-    let (volume, size) = cones.fold((0.0, 0.0), |(v, s), cone: f64| (v + cone, s + cone.abs()));
+    let all = sheet.reduction();
+    let mean = Vec3::from([0, 1, 2].map(|axis| all.sum(x.len(), |i| x[i][axis])));
+    let mean = mean / all.count(x.len());
+    let triangles = sheet.triangles();
+    let [volume, size] = all.sums(triangles.len(), |range| {
+        let cone = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|v| x[v as usize] - mean);
+            a.dot(&b.cross(&c))
+        };
+        let cones = triangles[range].iter().map(cone);
+        cones.fold([0.0, 0.0], |[v, s], cone| [v + cone, s + cone.abs()])
+    });
     if volume.abs() <= FLAT * size { 0.0 } else { volume.signum() }
 }
 
 /// Whether a closed sheet is turned inside out between the shapes `before` and `after`; one that is flat before is on the
-/// side of its rest shape.
+/// side of its rest shape. All ranks of a sheet that is spread ask together: a part without a boundary is not closed.
 #[must_use]
 pub fn is_turned(sheet: &Sheet, before: &[Vec3], after: &[Vec3]) -> bool {
-    let closed = !sheet.boundary().contains(&true);
-    if !closed {
+    if sheet.reduction().any(sheet.boundary().contains(&true)) {
         return false;
     }
     let before = match side(sheet, before) {

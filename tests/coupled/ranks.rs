@@ -14,7 +14,7 @@ use rumple::kinetics::formula::{FormulaKinetics, Law};
 use rumple::model::{Policy, State};
 use rumple::num::checked::{Finite, Positive};
 use rumple::reduction::Communicator;
-use rumple::sheet::{Lattice, Part, Shape, Sheet, generate};
+use rumple::sheet::{Lattice, Part, Shape, Sheet, generate, is_turned};
 use rumple::solve::equilibrium::{LbfgsSpec, Preconditioner};
 use rumple::solve::staggered::StaggeredSpec;
 use rumple::{Problem, Vec3, problem};
@@ -281,6 +281,31 @@ fn parts_of_a_lattice_are_made_without_the_rest() {
     let few = Lattice::new([4.0, 3.0], 60).unwrap();
     let error = few.patch(0, 100).err().unwrap().to_string();
     assert!(error.contains("100 ranks"), "{error}");
+}
+
+/// Of 16 parts of a square four have no boundary; they were taken for closed sheets, and a run that turned one of them over was
+/// refused.
+#[test]
+fn a_part_without_a_boundary_is_no_closed_sheet() {
+    let sphere = generate(&Shape::Sphere { radius: 3.0, irregular: false }, 300, 1).unwrap();
+    let lattice = Lattice::new([10.0, 10.0], 1000).unwrap().sheet().unwrap();
+    for (whole, size, closed) in [(lattice, 16, false), (sphere, 3, true)] {
+        let turned = |rank| {
+            let sheet = Part::cut(&whole, rank).unwrap().sheet;
+            let dome: Vec<Vec3> =
+                sheet.rest().iter().map(|x| x + 0.01 * x.xy().norm_squared() * Vec3::z()).collect();
+            let other: Vec<Vec3> = dome.iter().map(|x| Vec3::new(x.x, x.y, -x.z)).collect();
+            let handle = std::thread::spawn(move || {
+                let inside = !sheet.boundary().contains(&true);
+                (inside, is_turned(&sheet, &dome, &other), is_turned(&sheet, &dome, &dome))
+            });
+            handle
+        };
+        let handles: Vec<_> = ThreadRank::all(size).into_iter().map(turned).collect();
+        let all: Vec<_> = handles.into_iter().map(|handle| handle.join().unwrap()).collect();
+        assert!(all.iter().any(|(inside, ..)| *inside));
+        assert!(all.iter().all(|(_, turned, same)| *turned == closed && !same), "{all:?}");
+    }
 }
 
 /// Every vertex, edge and triangle of `whole` belongs to one of `parts`, with its neighbours.
