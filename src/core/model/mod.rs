@@ -43,7 +43,7 @@ pub use policy::{Policy, Storage};
 pub use potential::Potential;
 pub use proximal_term::Anchor;
 pub use rigid::{Motion, free_motions};
-pub(crate) use rigid::{align, floats, minimal_pins, move_rigidly, undriven, unhindered};
+pub(crate) use rigid::{align, floats, minimal_pins, undriven, unhindered};
 pub use signals::{Signals, TensionReading};
 pub use state::{Positions, State};
 pub use time_course::TimeCourse;
