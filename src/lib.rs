@@ -40,7 +40,7 @@
 //! simulation.prepare()?;                                  // the first equilibrium
 //! while simulation.state().time < 1.0 {
 //!     let report = simulation.step(1.0)?;                 // not beyond time 1
-//!     println!("Δt = {}, {} iterations", report.step, report.relaxation.iterations);
+//!     println!("Δt = {}, {} iterations", report.length, report.relaxation.iterations);
 //! }
 //! let state = simulation.state();
 //! let height = state.x.iter().map(|x| x.z).fold(0.0, f64::max);

@@ -30,7 +30,7 @@ impl Step {
         Self {
             number: state.step,
             time: state.time,
-            length: report.step,
+            length: report.length,
             error: report.error,
             iterations: report.relaxation.iterations,
             residual: report.relaxation.residual,

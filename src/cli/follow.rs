@@ -38,20 +38,8 @@ pub(super) struct FollowArgs {
     /// Time at which ramps and growth are evaluated; by default the end of the scene's time.
     #[arg(long, value_name = "T", allow_hyphen_values = true, value_parser = finite)]
     time: Option<f64>,
-    /// Most steps of a branch.
-    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u16).range(1..))]
-    steps: u16,
-    /// Arc length of the first step; 1 is the whole range of the key without displacement. If not given 0.02, or the longest
-    /// step.
-    #[arg(long, value_name = "H", allow_hyphen_values = true, value_parser = positive)]
-    first_step: Option<f64>,
-    /// Arc length of the longest step.
-    #[arg(long, value_name = "H", default_value_t = 0.1, allow_hyphen_values = true, value_parser = positive)]
-    longest_step: f64,
-    /// Root mean square displacement that counts as much as the whole range of the key; by default a tenth of the square
-    /// root of the sheet's area.
-    #[arg(long, value_name = "L", allow_hyphen_values = true, value_parser = positive)]
-    length: Option<f64>,
+    #[command(flatten)]
+    steps: StepArgs,
     /// Follow the other branches at the first N bifurcations as well; 1 if no number is given.
     #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "1",
           value_parser = clap::value_parser!(u16).range(1..))]
@@ -73,6 +61,25 @@ pub(super) struct FollowArgs {
     /// Print nothing but errors.
     #[arg(long)]
     quiet: bool,
+}
+
+/// How far the steps go.
+#[derive(Debug, Args)]
+struct StepArgs {
+    /// Most steps of a branch.
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u16).range(1..))]
+    steps: u16,
+    /// Arc length of the first step; 1 is the whole range of the key without displacement. If not given 0.02, or the longest
+    /// step.
+    #[arg(long, value_name = "H", allow_hyphen_values = true, value_parser = positive)]
+    first_step: Option<f64>,
+    /// Arc length of the longest step.
+    #[arg(long, value_name = "H", default_value_t = 0.1, allow_hyphen_values = true, value_parser = positive)]
+    longest_step: f64,
+    /// Root mean square displacement that counts as much as the whole range of the key; by default a tenth of the square
+    /// root of the sheet's area.
+    #[arg(long, value_name = "L", allow_hyphen_values = true, value_parser = positive)]
+    length: Option<f64>,
 }
 
 /// Arc length of the first step, if neither it nor a shorter longest one is given.
@@ -141,6 +148,7 @@ fn run_in_pool(args: &FollowArgs) -> Result<()> {
 
 /// What the command line asks for.
 fn request(args: &FollowArgs) -> Request {
+    let StepArgs { steps, first_step, longest_step, length } = args.steps;
     Request {
         scene: args.scene.scene.clone(),
         set: args.scene.overrides.clone(),
@@ -149,10 +157,10 @@ fn request(args: &FollowArgs) -> Request {
         to: args.to,
         within: args.within.as_ref().and_then(|ends| Some([*ends.first()?, *ends.get(1)?])),
         time: args.time,
-        steps: args.steps.into(),
-        first_step: args.first_step.unwrap_or(FIRST_STEP.min(args.longest_step)),
-        longest_step: args.longest_step,
-        length: args.length,
+        steps: steps.into(),
+        first_step: first_step.unwrap_or(FIRST_STEP.min(longest_step)),
+        longest_step,
+        length,
         switch: args.switch.unwrap_or(0).into(),
         both_ways: args.both_ways,
         measure: args.measure,

@@ -14,7 +14,7 @@
 //! The registration is collected at link time; it exists beside typetag's because typetag
 //! buffers a table before it knows its type and so loses the place of every value.
 
-use crate::document::{Key, Node, Place, Problem, Value, read};
+use crate::document::{DocumentError, Key, Node, Place, Value, read};
 
 #[doc(hidden)]
 pub use inventory;
@@ -23,13 +23,13 @@ pub use inventory;
 #[derive(Debug)]
 pub struct Kind<T: ?Sized + 'static> {
     name: &'static str,
-    read: fn(Node) -> Result<Box<T>, Problem>,
+    read: fn(Node) -> Result<Box<T>, DocumentError>,
 }
 
 impl<T: ?Sized + 'static> Kind<T> {
     /// A kind called `name`; use [`register_kind!`](crate::register_kind).
     #[must_use]
-    pub const fn new(name: &'static str, read: fn(Node) -> Result<Box<T>, Problem>) -> Self {
+    pub const fn new(name: &'static str, read: fn(Node) -> Result<Box<T>, DocumentError>) -> Self {
         Self { name, read }
     }
 
@@ -67,7 +67,7 @@ macro_rules! register_kind {
 ///
 /// # Errors
 /// Whatever the type's `Deserialize` refuses, with the place.
-pub fn spec<T: serde::de::DeserializeOwned>(node: Node) -> Result<T, Problem> {
+pub fn spec<T: serde::de::DeserializeOwned>(node: Node) -> Result<T, DocumentError> {
     read(node)
 }
 
@@ -114,7 +114,7 @@ pub fn names<T: ?Sized + Family>() -> Vec<&'static str> {
 pub fn choose<T: ?Sized + Family>(
     mut node: Node,
     default: Option<&str>,
-) -> Result<Box<T>, Problem> {
+) -> Result<Box<T>, DocumentError> {
     let whole = node.place.clone();
     let (name, place) = match node.value {
         Value::String(name) => {
@@ -124,7 +124,7 @@ pub fn choose<T: ?Sized + Family>(
         Value::Table(_) => match node.take(T::TAG) {
             Some((_, Node { value: Value::String(name), place })) => (name, place),
             Some((_, Node { value, place })) => {
-                let problem = Problem::mismatch("a string in quotes", value.describe());
+                let problem = DocumentError::mismatch("a string in quotes", value.describe());
                 return Err(problem.placed(&place).under(T::TAG));
             }
             None => match default {
@@ -134,20 +134,20 @@ pub fn choose<T: ?Sized + Family>(
         },
         other => {
             let expected = format!("a table with a {}", T::TAG);
-            return Err(Problem::mismatch(&expected, other.describe()).placed(&whole));
+            return Err(DocumentError::mismatch(&expected, other.describe()).placed(&whole));
         }
     };
     match T::kinds().into_iter().find(|kind| kind.name == name) {
         Some(kind) => {
             (kind.read)(node).map_err(|problem| whose::<T>(problem.also_allowed(&[T::TAG]), &whole))
         }
-        None => Err(Problem::unknown_name(T::NOUN, &name, &names::<T>()).placed(&place)),
+        None => Err(DocumentError::unknown_name(T::NOUN, &name, &names::<T>()).placed(&place)),
     }
     .map_err(|problem| problem.placed(&whole))
 }
 
 /// Says of an unknown key which other kinds have it.
-fn whose<T: ?Sized + Family>(problem: Problem, place: &Place) -> Problem {
+fn whose<T: ?Sized + Family>(problem: DocumentError, place: &Place) -> DocumentError {
     let Some(key) = problem.as_unknown_key().map(str::to_owned) else { return problem };
     let mut kinds = T::kinds();
     kinds.retain(|kind| kind.keys(place).contains(&key));
@@ -163,8 +163,8 @@ fn whose<T: ?Sized + Family>(problem: Problem, place: &Place) -> Problem {
     }
 }
 
-fn untagged<T: ?Sized + Family>(place: &Place) -> Problem {
-    Problem::missing_key(T::TAG).placed(place).help(format!(
+fn untagged<T: ?Sized + Family>(place: &Place) -> DocumentError {
+    DocumentError::missing_key(T::TAG).placed(place).help(format!(
         "the {} is one of: {}",
         T::NOUN,
         names::<T>().join(", ")

@@ -49,6 +49,14 @@ impl Faces {
     }
 }
 
+/// Areas of the triangles at `x`, length².
+#[must_use]
+pub fn face_areas(sheet: &Sheet, x: &[Vec3]) -> Vec<f64> {
+    let mut faces = Faces::default();
+    faces.update(sheet, x);
+    faces.face.iter().map(|face| face.area).collect()
+}
+
 /// Unit normals of the vertices at `x`, the mean of those of their triangles by area; 0 where these cancel.
 #[must_use]
 pub fn vertex_normals(sheet: &Sheet, x: &[Vec3]) -> Vec<Vec3> {

@@ -18,7 +18,7 @@ pub use align::{aligned, aligned_by};
 pub use average::FaceVertexAverage;
 pub use crossings::{Crossings, Found};
 pub use curvature::{Curvature, angle_at};
-pub use faces::{Face, Faces, vertex_normals};
+pub use faces::{Face, Faces, face_areas, vertex_normals};
 pub use gauss_bonnet::TotalCurvature;
 pub use measure::{area, volume};
 pub use rest_metric::{RestMetric, heron_area};

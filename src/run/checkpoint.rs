@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! made from    scene with all defaults, hashes of mesh, plugins and files
-//! place        frames and rows written, what the watch has seen, work and time spent
+//! results      frames and rows written, what the watch has seen, work and time spent
 //! state        time, step, positions, species, internal variables
 //! solvers      step control, velocities, the factor in use, what has been learnt
 //! ```
@@ -41,13 +41,13 @@ const HELD: Duration = Duration::from_millis(500);
 
 /// How far the results of a run are, besides its state.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Place {
+pub(super) struct ResultsSoFar {
     /// What relaxing the start has cost.
     pub(super) start: Spent,
     /// Wall time since the run began, without interruptions, s.
     pub(super) wall: f64,
     /// Times of the frames.
-    pub(super) frames: Vec<f64>,
+    pub(super) frame_times: Vec<f64>,
     /// Digests of their files.
     pub(super) digests: Vec<u64>,
     /// Events written.
@@ -89,7 +89,7 @@ impl SolverMemory {
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Checkpoint {
     pub(super) made_from: MadeFrom,
-    pub(super) place: Place,
+    pub(super) results: ResultsSoFar,
     pub(super) spent: Spent,
     state: State,
     solvers: SolverMemory,
@@ -106,8 +106,8 @@ impl Checkpoint {
 
     /// Times of the frames written until then.
     #[must_use]
-    pub fn frames(&self) -> &[f64] {
-        &self.place.frames
+    pub fn frame_times(&self) -> &[f64] {
+        &self.results.frame_times
     }
 
     /// The steps made until then.
@@ -225,11 +225,11 @@ impl Checkpoints {
         due
     }
 
-    /// After an accepted step, where `place` says how far the results are; writes a checkpoint if it is time.
+    /// After an accepted step, where `results` says how far the results are; writes a checkpoint if it is time.
     pub(super) fn accepted(
         &mut self,
         simulation: &Simulation,
-        place: impl FnOnce() -> Place,
+        results: impl FnOnce() -> ResultsSoFar,
         due: bool,
         progress: &mut Progress,
     ) {
@@ -242,7 +242,7 @@ impl Checkpoints {
         let least = if seldom { Duration::ZERO } else { HELD };
         let since = |held: &Held| now - held.at >= least.max(INTERVAL_FACTOR * held.took);
         if due || reduction.any(self.held.as_ref().is_none_or(since)) {
-            self.hold(simulation, place);
+            self.hold(simulation, results);
         }
         if due {
             self.write(progress);
@@ -250,13 +250,13 @@ impl Checkpoints {
     }
 
     /// Makes one in memory, where that is possible.
-    fn hold(&mut self, simulation: &Simulation, place: impl FnOnce() -> Place) {
+    fn hold(&mut self, simulation: &Simulation, results: impl FnOnce() -> ResultsSoFar) {
         let _scope = self.meter.scope(0);
         let at = Instant::now();
         if simulation.stepper.integrator.is_storable() {
             let checkpoint = Checkpoint {
                 made_from: self.made_from.clone(),
-                place: place(),
+                results: results(),
                 spent: simulation.spent(),
                 state: simulation.stepper.state.clone(),
                 solvers: SolverMemory::of(simulation),
@@ -289,12 +289,12 @@ impl Checkpoints {
     pub(super) fn interrupted(
         &mut self,
         simulation: &Simulation,
-        place: impl FnOnce() -> Place,
+        results: impl FnOnce() -> ResultsSoFar,
         clean: bool,
         progress: &mut Progress,
     ) -> Option<u64> {
         if clean {
-            self.hold(simulation, place);
+            self.hold(simulation, results);
         }
         self.write(progress);
         self.held.as_ref().filter(|held| held.written).map(|held| held.checkpoint.step())
@@ -305,13 +305,13 @@ impl Checkpoints {
     pub(super) fn ended(
         &mut self,
         simulation: &mut Simulation,
-        place: impl FnOnce() -> Place,
+        results: impl FnOnce() -> ResultsSoFar,
         progress: &mut Progress,
     ) {
         let long = simulation.sheet().reduction().any(self.began.elapsed() >= FIRST);
         if self.asked || long {
             simulation.stepper.integrator.renew();
-            self.hold(simulation, place);
+            self.hold(simulation, results);
             self.write(progress);
         }
     }

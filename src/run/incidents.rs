@@ -1,6 +1,6 @@
 //! Events of a run: snaps, and changes of stability where the scene asks for them.
 
-use super::checkpoint::Place;
+use super::checkpoint::ResultsSoFar;
 use super::session::Session;
 use super::stability_monitor::StabilityMonitor;
 use super::{Result, Simulation};
@@ -17,22 +17,22 @@ pub(super) struct Incidents {
 }
 
 impl Incidents {
-    /// Opens the list of events, after those at `place`.
+    /// Opens the list of events, after those at `results`.
     ///
     /// # Errors
     /// A sheet too large for a factor, or files that cannot be made.
     pub(super) fn open(
         session: &Session<'_>,
         simulation: &mut Simulation,
-        place: Option<&Place>,
+        results: Option<&ResultsSoFar>,
     ) -> Result<Self> {
         let Session { scene, directory, .. } = session;
-        let from = place.and_then(|place| place.watch);
+        let from = results.and_then(|results| results.watch);
         let monitor = StabilityMonitor::of(scene, simulation, directory, from)?;
         let first = simulation.sheet().reduction().is_first();
-        let mut events = match place.filter(|_| first) {
+        let mut events = match results.filter(|_| first) {
             None => Events::new(directory.events()),
-            Some(place) => Events::reopen(directory.events(), place.events)?,
+            Some(results) => Events::reopen(directory.events(), results.events)?,
         };
         if monitor.is_some() {
             events.begin()?;

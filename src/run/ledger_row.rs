@@ -178,7 +178,7 @@ pub(super) fn row(
     let StepInfo { report, negative, invariants, wall, .. } = *info;
     let (model, state) = (at.model(), at.state());
     let step = real(usize::try_from(state.step).unwrap_or(usize::MAX));
-    let mut row = vec![step, state.time, report.step, report.error];
+    let mut row = vec![step, state.time, report.length, report.error];
     let work = report.work.values().into_iter().skip(1);
     let work = work.map(|count| real(usize::try_from(count).unwrap_or(usize::MAX)));
     let work = work.chain(causes(report, !invariants.is_empty()));

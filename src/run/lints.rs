@@ -3,11 +3,11 @@
 
 use std::sync::Arc;
 
-use super::{Result, Simulation, rest_areas};
+use super::{Result, Simulation};
 use crate::Stepper;
 use crate::Vec3;
 use crate::effects::Elasticity;
-use crate::geometry::aligned;
+use crate::geometry::{aligned, face_areas};
 use crate::kinetics::Kinetics;
 use crate::model::{Chemistry, Drag, Mechanics, Model, Potential};
 use crate::num::Short;
@@ -87,7 +87,7 @@ fn radius(sheet: &Sheet) -> f64 {
         let values = || sheet.rest().iter().map(|x| x[axis]);
         values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
     };
-    let area = rest_areas(sheet).iter().sum::<f64>();
+    let area = face_areas(sheet, sheet.rest()).iter().sum::<f64>();
     let half = 0.5 * (0..3).map(extent).fold(0.0, f64::max);
     (area / std::f64::consts::PI).sqrt().min(half)
 }
@@ -180,7 +180,8 @@ pub(super) fn on_rest_shape(scene: &Scene, potential: &mut Potential, notes: &mu
     let mechanics = Arc::clone(potential.mechanics());
     let bending = mechanics.names().zip(energies).filter(|(name, _)| name.starts_with("bending"));
     let energy: f64 = bending.map(|(_, energy)| energy).sum();
-    let unit = potential.force_scale() * rest_areas(&sheet).iter().sum::<f64>().sqrt();
+    let unit =
+        potential.force_scale() * face_areas(&sheet, sheet.rest()).iter().sum::<f64>().sqrt();
     if energy > ROUND_OFF * unit {
         notes.push(format!(
             "warning: the shape of sheet.file is not free of stress: bending has the energy {energy:.4e} at the \

@@ -59,5 +59,4 @@ pub use prepare::material;
 pub use simulation::Simulation;
 pub use summary::{Ending, Summary};
 
-pub(crate) use crate::problem::rest_areas;
 pub(crate) use prepare::{located, location, read_sheet};

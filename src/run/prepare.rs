@@ -14,10 +14,11 @@ use super::simulation::{Simulation, mesh_record};
 use super::snapshot::Snapshot;
 use super::{Error, Fields, Result, initial_state, laws, lints, planar, scale_checks};
 use crate::effects::{EffectError, Elasticity, ReadSurface};
+use crate::geometry::face_areas;
 use crate::kinetics::{Kinetics, Location, Search, Signal};
 use crate::model::{Model, ParameterFields, Potential, State};
 use crate::output::provenance::MeshRecord;
-use crate::problem::{Law, Part, Problem, ProblemError, rest_areas};
+use crate::problem::{Law, Part, Problem, ProblemError};
 use crate::reduction::Communicator;
 use crate::scene::{Scene, SheetSource};
 use crate::sheet::{self, Part as SheetPart, Sheet, Surface};
@@ -192,7 +193,8 @@ fn start(scene: &Scene, simulation: &mut Simulation) -> Result<()> {
 /// What is written in frames.
 fn fields(scene: &Scene, stepper: &Stepper, material: Option<&Elasticity>) -> Result<Fields> {
     let model = stepper.model();
-    let rest_area: LazyCell<Arc<[f64]>, _> = LazyCell::new(|| rest_areas(model.sheet()).into());
+    let rest_area: LazyCell<Arc<[f64]>, _> =
+        LazyCell::new(|| face_areas(model.sheet(), model.sheet().rest()).into());
     let rest_area = |wanted: &[Signal]| match wanted.contains(&Signal::AreaRatio) {
         true => Arc::clone(&rest_area),
         false => Arc::default(),

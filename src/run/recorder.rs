@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::checkpoint::{Checkpoint, Checkpoints, Place};
+use super::checkpoint::{Checkpoint, Checkpoints, ResultsSoFar};
 use super::forecast::{Clock, Prediction};
 use super::incidents::Incidents;
 use super::invariants::Invariants;
@@ -50,10 +50,11 @@ impl RunObservers {
             None => LedgerRows::create(directory, &columns)?,
             Some(from) => LedgerRows::reopen(directory, &columns, from.step())?,
         };
-        if let Some(place) = from.map(|from| &from.place) {
-            let after = |f: Frames| f.after(&place.frames, &place.digests, first);
+        if let Some(results) = from.map(|from| &from.results) {
+            let after = |f: Frames| f.after(&results.frame_times, &results.digests, first);
             frames = frames.map(after).transpose()?;
-            directory.cut_back(place.frames.len(), place.watch.map_or(0, |(modes, _)| modes))?;
+            directory
+                .cut_back(results.frame_times.len(), results.watch.map_or(0, |(modes, _)| modes))?;
         }
         let (rules, intersections) = (StopRules::of(scene), Intersections::default());
         Ok(Self { ledger, rules, intersections, frames })
@@ -128,14 +129,14 @@ impl<'a> Recorder<'a> {
         clock: RunClock,
     ) -> Result<Self> {
         let Session { scene, directory, interrupt, .. } = &session;
-        let place = from.map(|from| &from.place);
-        let start = place.map_or(simulation.spent(), |place| place.start);
+        let results = from.map(|from| &from.results);
+        let start = results.map_or(simulation.spent(), |results| results.start);
         let checkpoints = Checkpoints::of(scene, simulation, directory)?;
         let prediction = Prediction::new(scene, clock.clock);
         directory.claim().tell(|reached| reached.start = start);
         let mut schedule = OutputSchedule::of(scene);
-        if let Some(place) = place {
-            schedule.resume(&simulation.stepper.state, place.frames.last().copied());
+        if let Some(results) = results {
+            schedule.resume(&simulation.stepper.state, results.frame_times.last().copied());
         }
         // Not even the start, or the analysis of its stability, may be complete.
         let reduction = simulation.sheet().reduction();
@@ -253,19 +254,19 @@ impl<'a> Recorder<'a> {
     ) {
         let Self { checkpoints, outputs, incidents, clock, summary, session, clean, .. } = self;
         let start = summary.start;
-        let place = || {
-            let (frames, digests) = outputs.first(frames);
+        let results = || {
+            let (frame_times, digests) = outputs.first(frames);
             let watch = incidents.monitor.as_ref().map(StabilityMonitor::seen);
             let (wall, events) = (clock.wall(), incidents.events.count());
-            Place { start, wall, frames, digests, events, watch }
+            ResultsSoFar { start, wall, frame_times, digests, events, watch }
         };
         let progress = &mut *session.progress;
         match ending {
-            None => checkpoints.accepted(simulation, place, due, progress),
+            None => checkpoints.accepted(simulation, results, due, progress),
             Some(Ending::Interrupted) => {
-                summary.resumable = checkpoints.interrupted(simulation, place, *clean, progress);
+                summary.resumable = checkpoints.interrupted(simulation, results, *clean, progress);
             }
-            Some(_) => checkpoints.ended(simulation, place, progress),
+            Some(_) => checkpoints.ended(simulation, results, progress),
         }
     }
 
@@ -303,7 +304,7 @@ impl<'a> Recorder<'a> {
         self.session.progress.update(&ProgressLine {
             time,
             step: simulation.stepper.state.step,
-            dt: latest.step,
+            dt: latest.length,
             residual: latest.relaxation.residual,
             left: self.prediction.left().unwrap_or_default(),
             note: format!("{} iterations", latest.relaxation.iterations),

@@ -190,9 +190,9 @@ fn missing(directory: &ResultDirectory, checkpoint: &Checkpoint) -> Option<Strin
     }
     let one = directory.index(Format::Vtkhdf);
     if one.is_file() {
-        return vtkhdf::fault(&one, &checkpoint.place.frames, &checkpoint.place.digests);
+        return vtkhdf::fault(&one, &checkpoint.results.frame_times, &checkpoint.results.digests);
     }
-    let frames = checkpoint.place.frames.len();
+    let frames = checkpoint.results.frame_times.len();
     let there = |k: &usize| {
         let frame = directory.frame(*k);
         frame.is_file() || frame.with_extension("vtk").is_file()
@@ -202,7 +202,7 @@ fn missing(directory: &ResultDirectory, checkpoint: &Checkpoint) -> Option<Strin
     }
     let cut = (0..frames).map(|k| directory.frame(k)).find(|frame| !whole(frame));
     cut.map(|frame| format!("{} is cut short", frame.display()))
-        .or_else(|| changed(directory, &checkpoint.place.digests))
+        .or_else(|| changed(directory, &checkpoint.results.digests))
 }
 
 /// The first frame whose bytes are not those that the run wrote: they are part of the results of a resumed run.

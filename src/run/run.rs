@@ -122,12 +122,13 @@ fn stepped(
     interrupt: Interrupt,
     (from, others): (Option<&Checkpoint>, &mut [&mut dyn Observer]),
 ) -> Result<Summary> {
-    let place = from.map(|from| &from.place);
-    let clock = RunClock { clock: Clock::start(), before: place.map_or(0.0, |place| place.wall) };
+    let results = from.map(|from| &from.results);
+    let clock =
+        RunClock { clock: Clock::start(), before: results.map_or(0.0, |results| results.wall) };
     let aside = progress.aside();
     simulation.set_control(Control::new(move || interrupt.requested(), move |t| aside.report(t)));
     let mut session = Session { scene, directory, progress, interrupt };
-    let mut incidents = Incidents::open(&session, simulation, place)?;
+    let mut incidents = Incidents::open(&session, simulation, results)?;
     let outputs = RunObservers::open(&session, simulation, from, incidents.monitor.is_some())?;
     let mut latest = match from {
         None => start(&mut session, simulation, &mut incidents)?,

@@ -97,24 +97,24 @@ struct Shrinking {
 impl Shrinking {
     /// A warning after a step that led to `time`; none if an output time has `cut` it.
     fn after(&mut self, report: &StepReport, time: f64, cut: bool) -> Option<String> {
-        if report.step >= self.longest {
-            *self = Self { longest: report.step, told: report.step, ..Self::default() };
+        if report.length >= self.longest {
+            *self = Self { longest: report.length, told: report.length, ..Self::default() };
         }
         self.rejected.add(report.rejected);
         if let Some(reason) = &report.reason {
             self.reason = Some(reason.clone());
         }
         let rejected = self.rejected != Causes::default();
-        if cut || !rejected || FACTOR * report.step > self.told {
+        if cut || !rejected || FACTOR * report.length > self.told {
             return None;
         }
-        self.told = report.step;
+        self.told = report.length;
         let Self { longest, rejected, reason, .. } = self;
         let mut text = format!(
             "time {time}: steps have shrunk by a factor of {:.0e}, from {longest:.1e} to {:.1e}; attempts were rejected for: \
              {rejected}",
-            *longest / report.step,
-            report.step
+            *longest / report.length,
+            report.length
         );
         if let Some(reason) = reason {
             text += &format!("; the last one: {reason}");

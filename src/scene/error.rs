@@ -7,7 +7,7 @@ use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, NamedSource, So
 
 use super::excerpt::Excerpt;
 use crate::document::Index;
-use crate::document::{Explanation, Problem};
+use crate::document::{DocumentError, Explanation};
 
 /// So many problems of one scene are reported in full, each with its lines; more would not be read, and all
 /// of a file of nothing else would take hours.
@@ -136,19 +136,19 @@ impl Origin {
     }
 
     /// Combines problems into one error; `None` where there are none.
-    pub(crate) fn report(&self, problems: &[Problem]) -> Option<SceneError> {
+    pub(crate) fn report(&self, problems: &[DocumentError]) -> Option<SceneError> {
         let mut errors = problems.iter().take(MOST).map(|problem| self.error(problem));
         let mut first = errors.next()?;
         first.0.others = errors.map(|error| *error.0).collect();
         if let Some(more) = problems.len().checked_sub(MOST).filter(|more| *more > 0) {
             let message = format!("and {more} more; fix these first");
-            first.0.others.push(*self.error(&Problem::plain(message)).0);
+            first.0.others.push(*self.error(&DocumentError::plain(message)).0);
         }
         Some(first)
     }
 
     /// Gives a problem the text around it.
-    pub(crate) fn error(&self, problem: &Problem) -> SceneError {
+    pub(crate) fn error(&self, problem: &DocumentError) -> SceneError {
         let Explanation { message, label, help } = problem.explain();
         let mut report = Report {
             message,

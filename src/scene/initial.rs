@@ -20,7 +20,7 @@ use crate::Vec3;
 use crate::num::checked::{Finite, Positive};
 
 use super::sheet::{default_seed, origin};
-use crate::document::Problem;
+use crate::document::DocumentError;
 use crate::document::read;
 use crate::document::{Node, Value};
 
@@ -167,12 +167,12 @@ impl Gaussian {
 
 impl Initial {
     /// Reads a number or one of the tables.
-    pub(crate) fn read(node: Node) -> Result<Self, Problem> {
+    pub(crate) fn read(node: Node) -> Result<Self, DocumentError> {
         match &node.value {
             Value::Integer(_) | Value::Float(_) => read(node).map(Self::Uniform),
             Value::Table(_) if node.get("file").is_some() => read(node).map(Self::File),
             Value::Table(entries) if entries.len() == 1 => {
-                let pattern = read(node).map_err(|p: Problem| p.also_allowed(&["file"]))?;
+                let pattern = read(node).map_err(|p: DocumentError| p.also_allowed(&["file"]))?;
                 Self::checked(pattern)
             }
             Value::Table(entries) if entries.len() > 1 => {
@@ -182,23 +182,23 @@ impl Initial {
                     {}",
                     keys.join(", ")
                 );
-                Err(Problem::plain(message).help(
+                Err(DocumentError::plain(message).help(
                     "the keys of a kind go inside it: \
                      { gaussian = { width = 5.0, amplitude = 0.2, background = 0.1 } }",
                 ))
             }
             other => {
                 let expected = "a number or a table such as { gaussian = { … } }";
-                Err(Problem::mismatch(expected, other.describe())
+                Err(DocumentError::mismatch(expected, other.describe())
                     .help("allowed: gaussian, rectangle, stripe, spots, random, formula, file"))
             }
         }
     }
 
-    fn checked(pattern: Pattern) -> Result<Self, Problem> {
+    fn checked(pattern: Pattern) -> Result<Self, DocumentError> {
         match &pattern {
             Pattern::Stripe(stripe) if vector(&stripe.normal).norm() == 0.0 => {
-                let problem = Problem::mismatch("a nonzero vector", "0".to_owned());
+                let problem = DocumentError::mismatch("a nonzero vector", "0".to_owned());
                 Err(problem.under("normal").under("stripe"))
             }
             _ => Ok(Self::Pattern(pattern)),

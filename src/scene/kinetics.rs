@@ -12,7 +12,7 @@ use crate::num::checked::Finite;
 
 use super::initial::{FieldFile, Initial};
 use super::law::SpeciesSpec;
-use crate::document::Problem;
+use crate::document::DocumentError;
 use crate::document::read;
 use crate::document::{Node, Value};
 
@@ -100,19 +100,19 @@ impl ParameterSpec {
         }
     }
 
-    fn read(node: Node) -> Result<Self, Problem> {
+    fn read(node: Node) -> Result<Self, DocumentError> {
         match &node.value {
             Value::Integer(_) | Value::Float(_) => read(node).map(Self::Uniform),
             Value::Table(_) if node.get("file").is_some() && node.get("formula").is_some() => {
-                Err(Problem::plain("a parameter has a formula or a file, not both"))
+                Err(DocumentError::plain("a parameter has a formula or a file, not both"))
             }
             Value::Table(_) if node.get("file").is_some() => read(node).map(Self::File),
             Value::Table(_) => {
-                read(node).map(Self::Formula).map_err(|p: Problem| p.also_allowed(&["file"]))
+                read(node).map(Self::Formula).map_err(|p: DocumentError| p.also_allowed(&["file"]))
             }
             other => {
                 let expected = "a number or a table such as { formula = \"1 + 0.1*x\" }";
-                Err(Problem::mismatch(expected, other.describe())
+                Err(DocumentError::mismatch(expected, other.describe())
                     .help("allowed: a number, { formula = … }, { file = …, array = … }"))
             }
         }
@@ -129,13 +129,13 @@ impl KineticsSpec {
 
 /// Reads `[kinetics]`, or every `[[kinetics]]`. All laws of a scene share location, measure and
 /// reading of the tension: a later table takes over what it does not give.
-pub(crate) fn read_kinetics(node: Node) -> Result<Vec<KineticsSpec>, Problem> {
+pub(crate) fn read_kinetics(node: Node) -> Result<Vec<KineticsSpec>, DocumentError> {
     let Node { value: Value::Array(items), .. } = node else { return Ok(vec![read_one(node)?]) };
     let mut all: Vec<KineticsSpec> = Vec::new();
     for (number, item) in items.into_iter().enumerate() {
         let place = item.place.clone();
         let written = ["location", "measure", "tension"].map(|key| item.get(key).is_some());
-        let wrong = |p: Problem| p.placed(&place).under_index(number);
+        let wrong = |p: DocumentError| p.placed(&place).under_index(number);
         let mut one = read_one(item).map_err(wrong)?;
         if let Some(first) = all.first() {
             let same = [
@@ -146,7 +146,8 @@ pub(crate) fn read_kinetics(node: Node) -> Result<Vec<KineticsSpec>, Problem> {
             let keys = ["location", "measure", "tension"];
             if let Some((key, _)) = keys.iter().zip(same).find(|(_, same)| !same) {
                 let message = format!("{key} is the same for all laws of a scene");
-                let problem = Problem::plain(message).help("give it in the first [[kinetics]]");
+                let problem =
+                    DocumentError::plain(message).help("give it in the first [[kinetics]]");
                 return Err(wrong(problem.under(key)));
             }
             (one.location, one.measure, one.tension) =
@@ -173,29 +174,29 @@ fn entries<T>(
     node: &mut Node,
     key: &str,
     expected: &str,
-    read: impl Fn(Node) -> Result<T, Problem>,
-) -> Result<BTreeMap<String, T>, Problem> {
+    read: impl Fn(Node) -> Result<T, DocumentError>,
+) -> Result<BTreeMap<String, T>, DocumentError> {
     match node.take(key) {
         None => Ok(BTreeMap::new()),
         Some((_, Node { value: Value::Table(entries), .. })) => entries
             .into_iter()
             .map(|(name, value)| {
                 let place = value.place.clone();
-                let wrong = |p: Problem| p.placed(&place).under(&name.name).under(key);
+                let wrong = |p: DocumentError| p.placed(&place).under(&name.name).under(key);
                 Ok((name.name.clone(), read(value).map_err(wrong)?))
             })
             .collect(),
         Some((_, Node { value, place })) => {
-            Err(Problem::mismatch(expected, value.describe()).placed(&place).under(key))
+            Err(DocumentError::mismatch(expected, value.describe()).placed(&place).under(key))
         }
     }
 }
 
-fn read_one(mut node: Node) -> Result<KineticsSpec, Problem> {
+fn read_one(mut node: Node) -> Result<KineticsSpec, DocumentError> {
     let initial = entries(&mut node, "initial", "a table of species", Initial::read)?;
     let parameters = entries(&mut node, "parameters", "a table of numbers", ParameterSpec::read)?;
     let kinetics: KineticsSpec =
-        read(node).map_err(|p: Problem| p.also_allowed(&["initial", "parameters"]))?;
+        read(node).map_err(|p: DocumentError| p.also_allowed(&["initial", "parameters"]))?;
     let law = !kinetics.rates.is_empty();
     let parts = [
         ("units", !kinetics.units.is_empty()),
@@ -208,22 +209,22 @@ fn read_one(mut node: Node) -> Result<KineticsSpec, Problem> {
     ];
     match (&kinetics.plugin, law) {
         (None, false) => {
-            return Err(Problem::missing_key("plugin")
+            return Err(DocumentError::missing_key("plugin")
                 .help("the name of a plugin, or the law itself: rates.c = \"k - beta*c\""));
         }
         (Some(_), true) => {
             let message = "a plugin has its own rates: name a plugin or write rates, not both";
-            return Err(Problem::plain(message).under("rates"));
+            return Err(DocumentError::plain(message).under("rates"));
         }
         (Some(_), false) => {
             if let Some((key, _)) = parts.iter().find(|(_, given)| *given) {
                 let message = "this is part of a law written as text; a plugin has its own";
-                return Err(Problem::plain(message).under(key));
+                return Err(DocumentError::plain(message).under(key));
             }
         }
         (None, true) if !kinetics.rename.is_empty() => {
             let message = "this is for plugins: a law written as text uses its own names";
-            return Err(Problem::plain(message).under("rename"));
+            return Err(DocumentError::plain(message).under("rename"));
         }
         (None, true) => {}
     }

@@ -8,14 +8,14 @@ use super::material::Material;
 use super::output::OutputSpec;
 use super::stability::StabilitySpec;
 use super::{kinetics, sheet, time};
-use crate::document::Problem;
+use crate::document::DocumentError;
 use crate::document::read;
 use crate::document::{Key, Node, Place, Value};
 use crate::registry::choose;
 use crate::solve::{DEFAULT_EQUILIBRIUM, EquilibriumSpec};
 
 /// Tables with what reads them.
-pub(super) type Reader = fn(Node) -> Option<Problem>;
+pub(super) type Reader = fn(Node) -> Option<DocumentError>;
 pub(super) const READERS: [(&str, Reader); 9] = [
     ("time", |node| time::read_time(node, false).err()),
     ("output", |node| read::<OutputSpec>(node).err()),

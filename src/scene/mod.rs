@@ -49,7 +49,7 @@ pub use self::sheet::{
 };
 pub use self::stability::StabilitySpec;
 pub use self::time::{Span, TimeSpec};
-pub use crate::document::{Node, Place, Problem};
+pub use crate::document::{DocumentError, Node, Place};
 pub use crate::model::{Coefficient, Directions, DragSpec};
 
 use self::error::Origin;
@@ -152,26 +152,26 @@ impl Scene {
     ///
     /// # Errors
     /// The file cannot be read or is not TOML, or an override cannot be applied.
-    pub fn targets(
+    pub fn overridden_keys(
         path: &Path,
         set: &[String],
         over: &[String],
     ) -> Result<Vec<String>, SceneError> {
-        Self::targets_by(path, set, over, source::OVER)
+        Self::overridden_keys_by(path, set, over, source::OVER)
     }
 
-    /// [`Scene::targets`] with the option that errors say gives the second group.
+    /// [`Scene::overridden_keys`] with the option that errors say gives the second group.
     ///
     /// # Errors
-    /// As for [`Scene::targets`].
-    pub(crate) fn targets_by(
+    /// As for [`Scene::overridden_keys`].
+    pub(crate) fn overridden_keys_by(
         path: &Path,
         set: &[String],
         over: &[String],
         option: &'static str,
     ) -> Result<Vec<String>, SceneError> {
-        let (_, (_, targets)) = source::changed(path, set, (over, option))?;
-        Ok(targets)
+        let (_, (_, keys)) = source::changed(path, set, (over, option))?;
+        Ok(keys)
     }
 
     /// The scene as TOML with every default written out; reads back as the same scene.
@@ -181,14 +181,14 @@ impl Scene {
     pub fn resolved(&self) -> Result<String, SceneError> {
         // By way of a value: serializing every type to text by itself is a tenth of the build.
         toml::Value::try_from(self).and_then(|value| toml::to_string(&value)).map_err(|error| {
-            self.origin.error(&Problem::plain(format!("cannot be written as TOML: {error}")))
+            self.origin.error(&DocumentError::plain(format!("cannot be written as TOML: {error}")))
         })
     }
 
     /// An error about the table `[table]`, which is missing.
     #[must_use]
     pub fn missing_table(&self, table: &str, help: &str) -> SceneError {
-        self.origin.error(&Problem::missing_table(table).help(help))
+        self.origin.error(&DocumentError::missing_table(table).help(help))
     }
 
     /// Its method to find equilibrium, for use on its own.
@@ -231,7 +231,7 @@ impl Scene {
     #[must_use]
     pub fn error_at(&self, path: &str, message: &str, help: Option<&str>) -> SceneError {
         let place = self.origin.index.find_nearest(path).map(|(_, value)| value);
-        self.error_placed(place, Problem::plain(format!("{path}: {message}")), help)
+        self.error_placed(place, DocumentError::plain(format!("{path}: {message}")), help)
     }
 
     /// An error about a part of the text at `path`: `span` are bytes of the text's value, which is
@@ -247,7 +247,7 @@ impl Scene {
     ) -> SceneError {
         let place =
             self.origin.index.find_nearest(path).map(|(_, value)| self.within(value, text, span));
-        self.error_placed(place.as_ref(), Problem::plain(format!("{path}: {message}")), help)
+        self.error_placed(place.as_ref(), DocumentError::plain(format!("{path}: {message}")), help)
     }
 
     fn within(&self, place: &Place, text: &str, span: &Range<usize>) -> Place {
@@ -277,7 +277,7 @@ impl Scene {
     #[must_use]
     pub fn unknown_key(&self, table: &str, key: &str, noun: &str, allowed: &[&str]) -> SceneError {
         let place = self.origin.index.find_nearest(&path_to(table, key)).map(|(key, _)| key);
-        self.error_placed(place, Problem::unknown_name(noun, key, allowed), None)
+        self.error_placed(place, DocumentError::unknown_name(noun, key, allowed), None)
     }
 
     /// An error about the key `key` of the table at `table`, which is given and has no effect: nothing reads it.
@@ -289,20 +289,20 @@ impl Scene {
         let place = self.origin.index.find_nearest(&path).map(|(key, _)| key);
         let read: Vec<String> = read.iter().map(|name| (*name).to_owned()).collect();
         let help = crate::document::choices_in_words(key, "read", &read);
-        self.error_placed(place, Problem::plain(format!("{path}: {message}")), Some(&help))
+        self.error_placed(place, DocumentError::plain(format!("{path}: {message}")), Some(&help))
     }
 
     /// An error about the text at `path`: it is none of the names `allowed`.
     #[must_use]
     pub fn unknown_name(&self, path: &str, noun: &str, name: &str, allowed: &[&str]) -> SceneError {
         let place = self.origin.index.find_nearest(path).map(|(_, value)| value);
-        self.error_placed(place, Problem::unknown_name(noun, name, allowed), None)
+        self.error_placed(place, DocumentError::unknown_name(noun, name, allowed), None)
     }
 
     fn error_placed(
         &self,
         place: Option<&Place>,
-        problem: Problem,
+        problem: DocumentError,
         help: Option<&str>,
     ) -> SceneError {
         let mut problem = problem;
@@ -337,7 +337,7 @@ fn check(mut root: Node, origin: Origin) -> Result<Scene, SceneError> {
     let mut problems = Vec::new();
     if let Value::Table(entries) = &root.value {
         for (key, _) in entries.iter().filter(|(key, _)| !TABLES.contains(&key.name.as_str())) {
-            let problem = Problem::unknown_key(&key.name, &TABLES).placed(&key.place);
+            let problem = DocumentError::unknown_key(&key.name, &TABLES).placed(&key.place);
             problems.push(match misplaced_key::of(&key.name) {
                 Some(path) => problem.help(format!("did you mean {path}?")),
                 None => problem,
@@ -361,7 +361,7 @@ fn check(mut root: Node, origin: Origin) -> Result<Scene, SceneError> {
         return Err(error);
     }
     let (Some(sheet), Some(time), Some(equilibrium)) = (sheet, time, equilibrium) else {
-        return Err(origin.error(&Problem::plain("the scene is incomplete")));
+        return Err(origin.error(&DocumentError::plain("the scene is incomplete")));
     };
     if let Err(mut problem) = output.check_frames(&time.span) {
         if let Some((_, every)) = origin.index.find_nearest("output.every") {

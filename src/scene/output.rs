@@ -8,7 +8,7 @@ use crate::output::Compression;
 pub use crate::output::Format;
 
 use super::time::Span;
-use crate::document::Problem;
+use crate::document::DocumentError;
 
 /// Most frames of a run: more are a slip of the pen, and would fill a disc with files.
 const MOST_FRAMES: f64 = 1e6;
@@ -52,7 +52,7 @@ impl Default for OutputSpec {
 
 impl OutputSpec {
     /// Refuses more frames than a run can have, or closer ones than times can be distinguished.
-    pub(crate) fn check_frames(&self, span: &Span) -> Result<(), Problem> {
+    pub(crate) fn check_frames(&self, span: &Span) -> Result<(), DocumentError> {
         let (Some(every), until) = (self.every, span.until.get()) else { return Ok(()) };
         let asked = until / every.get();
         let frames = span.max_steps.map_or(asked, |most| asked.min(real(most.get())));
@@ -64,14 +64,14 @@ impl OutputSpec {
                 Short(until)
             );
             let least = Short(until / MOST_FRAMES);
-            return Err(Problem::plain(message).help(format!("every = {least} or longer")));
+            return Err(DocumentError::plain(message).help(format!("every = {least} or longer")));
         }
         if asked > f64::EPSILON.recip() {
             let message = format!(
                 "every = {every} is too short for times up to time.until = {} to differ",
                 Short(until)
             );
-            return Err(Problem::plain(message));
+            return Err(DocumentError::plain(message));
         }
         Ok(())
     }

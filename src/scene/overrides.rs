@@ -1,7 +1,7 @@
 //! `--set key.path=value`: changes to a scene's document before it is checked.
 
 use super::toml_tree;
-use crate::document::Problem;
+use crate::document::DocumentError;
 use crate::document::{Key, MAX_DEPTH, Node, Place, Segment, Value, key_path};
 
 /// Applies the override number `source` (from 1) to `root`.
@@ -15,20 +15,23 @@ use crate::document::{Key, MAX_DEPTH, Node, Place, Segment, Value, key_path};
 ///
 /// # Errors
 /// No `=`, a path that cannot be followed, a value that is not TOML; placed in the override.
-pub(crate) fn apply(root: &mut Node, text: &str, source: usize) -> Result<String, Problem> {
+pub(crate) fn apply(root: &mut Node, text: &str, source: usize) -> Result<String, DocumentError> {
     let all = Place { source, span: 0..text.len() };
     let Some((path, value)) = text.split_once('=') else {
-        return Err(Problem::at(all, "an override has the form key.path=value"));
+        return Err(DocumentError::at(all, "an override has the form key.path=value"));
     };
     let path_place = Place { source, span: 0..path.len() };
     let segments = parse_path(path).map_err(|message| {
-        Problem::at(path_place.clone(), message).help(
+        DocumentError::at(path_place.clone(), message).help(
             "a path has the form time.until or \
             effect[0].model",
         )
     })?;
     if segments.len() > MAX_DEPTH {
-        return Err(Problem::at(path_place, format!("a path of more than {MAX_DEPTH} steps")));
+        return Err(DocumentError::at(
+            path_place,
+            format!("a path of more than {MAX_DEPTH} steps"),
+        ));
     }
     let value = parse_value(value, source, path.len() + 1, &segments)?;
     set(root, &segments, value, &path_place)
@@ -65,12 +68,17 @@ fn parse_path(path: &str) -> Result<Vec<Segment>, String> {
     }
 }
 
-fn parse_value(raw: &str, source: usize, offset: usize, path: &[Segment]) -> Result<Node, Problem> {
+fn parse_value(
+    raw: &str,
+    source: usize,
+    offset: usize,
+    path: &[Segment],
+) -> Result<Node, DocumentError> {
     let text = raw.trim();
     let offset = offset + (raw.len() - raw.trim_start().len());
     let place = Place { source, span: offset..offset + text.len() };
     if text.is_empty() {
-        let problem = Problem::at(place, "an override needs a value after the =");
+        let problem = DocumentError::at(place, "an override needs a value after the =");
         // A key alone may belong into a table.
         let home = match path {
             [Segment::Key(key)] => super::misplaced_key::of(key),
@@ -94,7 +102,7 @@ fn set(
     segments: &[Segment],
     value: Node,
     place: &Place,
-) -> Result<String, Problem> {
+) -> Result<String, DocumentError> {
     let mut node = root;
     let mut followed = segments.to_vec();
     for (done, segment) in segments.iter().enumerate() {
@@ -127,11 +135,11 @@ fn set(
                     ),
                     false => format!("{} is a table, not a list", here()),
                 };
-                return Err(Problem::at(place.clone(), message));
+                return Err(DocumentError::at(place.clone(), message));
             }
             (other, _) => {
                 let message = format!("{} is {}, nothing is inside", here(), other.describe());
-                return Err(Problem::at(place.clone(), message));
+                return Err(DocumentError::at(place.clone(), message));
             }
         };
     }
@@ -144,7 +152,7 @@ fn element_index(
     items: &[Node],
     (segment, rest): (&Segment, &[Segment]),
     list: &str,
-) -> Result<usize, Problem> {
+) -> Result<usize, DocumentError> {
     let index = match segment {
         Segment::Index(index) => Some(*index),
         Segment::Key(key) => key.parse().ok(),
@@ -153,7 +161,7 @@ fn element_index(
     match (index, segment) {
         (Some(index), _) if index < count => Ok(index),
         (None, Segment::Key(wanted)) => index_by_kind(items, (wanted, rest), list),
-        _ => Err(Problem::plain(format!("{list} has {count} elements, numbered from 0"))),
+        _ => Err(DocumentError::plain(format!("{list} has {count} elements, numbered from 0"))),
     }
 }
 
@@ -161,7 +169,7 @@ fn index_by_kind(
     items: &[Node],
     (wanted, rest): (&str, &[Segment]),
     list: &str,
-) -> Result<usize, Problem> {
+) -> Result<usize, DocumentError> {
     let kinds: Vec<&str> = items
         .iter()
         .map(|item| match item.get("kind").map(|node| &node.value) {
@@ -174,7 +182,8 @@ fn index_by_kind(
         (Some((at, _)), None) => Ok(at),
         (Some((at, _)), Some(_)) => {
             let message = format!("{list} lists {wanted} more than once");
-            Err(Problem::plain(message).help(format!("name one by its number, as in {list}[{at}]")))
+            Err(DocumentError::plain(message)
+                .help(format!("name one by its number, as in {list}[{at}]")))
         }
         (None, _) if kinds.iter().all(|kind| kind.is_empty()) => {
             // A key of its elements, without saying of which: the first that has most of the path is meant.
@@ -194,11 +203,12 @@ fn index_by_kind(
             let place = items.iter().position(|item| known(item) == most).unwrap_or(0);
             let message =
                 format!("{list} is a list of {}, named by their numbers from 0", items.len());
-            Err(Problem::plain(message).help(format!("write {list}[{place}].{}", key_path(path()))))
+            Err(DocumentError::plain(message)
+                .help(format!("write {list}[{place}].{}", key_path(path()))))
         }
         (None, _) => {
             let named: Vec<_> = kinds.into_iter().filter(|kind| !kind.is_empty()).collect();
-            Err(Problem::unknown_name(&format!("element of {list}"), wanted, &named))
+            Err(DocumentError::unknown_name(&format!("element of {list}"), wanted, &named))
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The tables of a scene, one after the other.
 
-use crate::document::{Node, Problem, Value};
+use crate::document::{DocumentError, Node, Value};
 use crate::effects::EffectSpec;
 use crate::registry;
 use crate::solve::{DEFAULT_EQUILIBRIUM, EquilibriumSpec};
@@ -8,14 +8,14 @@ use crate::solve::{DEFAULT_EQUILIBRIUM, EquilibriumSpec};
 /// Takes the tables of a scene one by one and notes what is wrong with them.
 pub(super) struct Sections<'a> {
     pub(super) root: &'a mut Node,
-    pub(super) problems: &'a mut Vec<Problem>,
+    pub(super) problems: &'a mut Vec<DocumentError>,
 }
 
 impl Sections<'_> {
     pub(super) fn optional<T>(
         &mut self,
         key: &str,
-        read: impl FnOnce(Node) -> Result<T, Problem>,
+        read: impl FnOnce(Node) -> Result<T, DocumentError>,
     ) -> Option<T> {
         let (_, node) = self.root.take(key)?;
         let place = node.place.clone();
@@ -31,10 +31,10 @@ impl Sections<'_> {
     pub(super) fn required<T>(
         &mut self,
         key: &str,
-        read: impl FnOnce(Node) -> Result<T, Problem>,
+        read: impl FnOnce(Node) -> Result<T, DocumentError>,
     ) -> Option<T> {
         if self.root.get(key).is_none() {
-            self.problems.push(Problem::missing_table(key));
+            self.problems.push(DocumentError::missing_table(key));
         }
         self.optional(key, read)
     }
@@ -52,7 +52,7 @@ impl Sections<'_> {
                 }
             }
             Some((_, Node { value, place })) => {
-                let problem = Problem::mismatch("a list of tables", value.describe())
+                let problem = DocumentError::mismatch("a list of tables", value.describe())
                     .help("write [[effect]] before every effect")
                     .placed(&place);
                 self.problems.push(problem.under("effect"));

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::num::checked::{AtLeast, Finite, NonNegative, Positive};
 
-use crate::document::Problem;
+use crate::document::DocumentError;
 use crate::document::read;
 use crate::document::{Node, Value};
 
@@ -303,9 +303,9 @@ const SHAPES: [&str; 12] = [
 const FLAT: [&str; 4] = ["disc", "rectangle", "lattice", "annulus"];
 
 /// Reads the table `[sheet]`.
-pub(crate) fn read_sheet(mut node: Node) -> Result<SheetSpec, Problem> {
+pub(crate) fn read_sheet(mut node: Node) -> Result<SheetSpec, DocumentError> {
     if !node.is_table() {
-        return Err(Problem::mismatch("a table", node.value.describe()).placed(&node.place));
+        return Err(DocumentError::mismatch("a table", node.value.describe()).placed(&node.place));
     }
     let planar = read_planar(&mut node)?;
     let imperfection = optional(&mut node, "imperfection")?;
@@ -313,7 +313,7 @@ pub(crate) fn read_sheet(mut node: Node) -> Result<SheetSpec, Problem> {
     let place = node.place.clone();
     let source = match (node.take("shape"), node.take("file")) {
         (Some(_), Some((key, _))) => {
-            Err(Problem::at(key.place, "shape and file exclude each other").help(
+            Err(DocumentError::at(key.place, "shape and file exclude each other").help(
                 "give shape = \"…\" for a generated sheet, or file = \"…\" for one from a file",
             ))
         }
@@ -326,7 +326,7 @@ pub(crate) fn read_sheet(mut node: Node) -> Result<SheetSpec, Problem> {
 }
 
 /// Reads `planar`, and refuses what cannot be in a plane.
-fn read_planar(node: &mut Node) -> Result<bool, Problem> {
+fn read_planar(node: &mut Node) -> Result<bool, DocumentError> {
     let Some((_, value)) = node.take("planar") else { return Ok(false) };
     let place = value.place.clone();
     let planar: bool = read(value).map_err(|problem| problem.under("planar"))?;
@@ -336,7 +336,7 @@ fn read_planar(node: &mut Node) -> Result<bool, Problem> {
     for key in ["imperfection", "bump"] {
         if let Some(start) = node.get(key) {
             let message = "it displaces the start out of the plane, and this sheet is planar";
-            let problem = Problem::plain(message).placed(&start.place).under(key);
+            let problem = DocumentError::plain(message).placed(&start.place).under(key);
             return Err(
                 problem.help("leave it out: a planar sheet has nowhere to go but its plane")
             );
@@ -347,7 +347,7 @@ fn read_planar(node: &mut Node) -> Result<bool, Problem> {
         && !FLAT.contains(&shape.as_str())
     {
         let message = format!("a {shape} does not lie in a plane z = const");
-        let problem = Problem::plain(message).placed(&place).under("planar");
+        let problem = DocumentError::plain(message).placed(&place).under("planar");
         return Err(problem
             .help("a planar sheet is a disc, a rectangle, a lattice, an annulus or a flat file"));
     }
@@ -364,12 +364,12 @@ fn is_false(value: &bool) -> bool {
 fn optional<T: serde::de::DeserializeOwned>(
     node: &mut Node,
     key: &str,
-) -> Result<Option<T>, Problem> {
+) -> Result<Option<T>, DocumentError> {
     let entry = node.take(key).map(|(_, value)| read(value)).transpose();
     entry.map_err(|problem| problem.under(key))
 }
 
-fn read_shape(name: Node, sizes: Node) -> Result<SheetSource, Problem> {
+fn read_shape(name: Node, sizes: Node) -> Result<SheetSource, DocumentError> {
     let place = name.place.clone();
     let name: String = read(name).map_err(|problem| problem.under("shape"))?;
     let shape = match name.as_str() {
@@ -385,16 +385,18 @@ fn read_shape(name: Node, sizes: Node) -> Result<SheetSource, Problem> {
         "ellipsoid" => read(sizes).map(Shape::Ellipsoid),
         "wavy-strip" => read(sizes).map(Shape::WavyStrip),
         "graph" => read(sizes).map(Shape::Graph),
-        _ => return Err(Problem::unknown_name("shape", &name, &SHAPES).placed(&place)),
+        _ => return Err(DocumentError::unknown_name("shape", &name, &SHAPES).placed(&place)),
     };
-    shape.map(SheetSource::Generated).map_err(|problem: Problem| problem.also_allowed(&COMMON))
+    shape
+        .map(SheetSource::Generated)
+        .map_err(|problem: DocumentError| problem.also_allowed(&COMMON))
 }
 
-fn read_point(rest: &Node) -> Result<SheetSource, Problem> {
+fn read_point(rest: &Node) -> Result<SheetSource, DocumentError> {
     match &rest.value {
         Value::Table(entries) if !entries.is_empty() => {
             let key = &entries[0].0;
-            Err(Problem::unknown_key(&key.name, &["shape"])
+            Err(DocumentError::unknown_key(&key.name, &["shape"])
                 .placed(&key.place)
                 .help("a point has no dimensions"))
         }
@@ -402,23 +404,24 @@ fn read_point(rest: &Node) -> Result<SheetSource, Problem> {
     }
 }
 
-fn read_annulus(sizes: Node) -> Result<Shape, Problem> {
+fn read_annulus(sizes: Node) -> Result<Shape, DocumentError> {
     let place = sizes.get("inner").map_or(&sizes.place, |inner| &inner.place).clone();
-    let ring: Annulus = read(sizes).map_err(|problem: Problem| problem.also_allowed(&COMMON))?;
+    let ring: Annulus =
+        read(sizes).map_err(|problem: DocumentError| problem.also_allowed(&COMMON))?;
     if ring.inner < ring.outer {
         return Ok(Shape::Annulus(ring));
     }
     let below = format!("a number below outer = {:?}", ring.outer.get());
-    let problem = Problem::mismatch(&below, format!("{:?}", ring.inner.get()));
+    let problem = DocumentError::mismatch(&below, format!("{:?}", ring.inner.get()));
     Err(problem.placed(&place).under("inner"))
 }
 
-fn read_file(file: Node, rest: &Node) -> Result<SheetSource, Problem> {
+fn read_file(file: Node, rest: &Node) -> Result<SheetSource, DocumentError> {
     let file: PathBuf = read(file).map_err(|problem| problem.under("file"))?;
     match &rest.value {
         Value::Table(entries) if !entries.is_empty() => {
             let key = &entries[0].0;
-            Err(Problem::unknown_key(&key.name, &["file", "planar", "imperfection", "bump"])
+            Err(DocumentError::unknown_key(&key.name, &["file", "planar", "imperfection", "bump"])
                 .placed(&key.place))
         }
         _ => Ok(SheetSource::File { file }),
@@ -426,7 +429,7 @@ fn read_file(file: Node, rest: &Node) -> Result<SheetSource, Problem> {
 }
 
 /// Neither shape nor file: a misspelt key is more likely meant than a missing one.
-fn unspecified(node: &Node) -> Problem {
+fn unspecified(node: &Node) -> DocumentError {
     let sizes = [
         "vertices",
         "seed",
@@ -448,8 +451,8 @@ fn unspecified(node: &Node) -> Problem {
     if let Value::Table(entries) = &node.value
         && let Some((key, _)) = entries.iter().find(|(key, _)| !known.contains(&key.name.as_str()))
     {
-        return Problem::unknown_key(&key.name, &known).placed(&key.place);
+        return DocumentError::unknown_key(&key.name, &known).placed(&key.place);
     }
-    Problem::missing_key("shape")
+    DocumentError::missing_key("shape")
         .help(format!("shape is one of: {}; or give file = \"…\"", SHAPES.join(", ")))
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::error::{Origin, SceneError};
 use super::{overrides, toml_tree};
-use crate::document::{Index, Node, Place, Problem};
+use crate::document::{DocumentError, Index, Node, Place};
 
 /// Largest scene file (bytes): ten thousand times the longest that anybody has written by hand, and
 /// read in a second.
@@ -39,7 +39,7 @@ pub(super) fn read(path: &Path) -> Result<String, SceneError> {
         // Up to there it is the same text.
         let text = String::from_utf8_lossy(error.as_bytes());
         let place = Place { source: 0, span: at..at + char::REPLACEMENT_CHARACTER.len_utf8() };
-        let problem = Problem::at(place, format!("the byte 0x{byte:02x} here is not UTF-8"))
+        let problem = DocumentError::at(place, format!("the byte 0x{byte:02x} here is not UTF-8"))
             .help("save the file in the encoding UTF-8");
         let origin = Origin {
             name: path.display().to_string(),
@@ -88,10 +88,10 @@ pub(super) fn document(
         index: Index::default(),
     };
     let mut root = toml_tree::document(text).map_err(|problem| origin.error(&problem))?;
-    let (mut problems, mut targets) = (Vec::new(), Vec::new());
+    let (mut problems, mut keys) = (Vec::new(), Vec::new());
     for (k, change) in origin.overrides.iter().enumerate() {
         match overrides::apply(&mut root, change, k + 1) {
-            Ok(target) => targets.push(target),
+            Ok(key) => keys.push(key),
             Err(problem) => problems.push(problem),
         }
     }
@@ -99,5 +99,5 @@ pub(super) fn document(
         return Err(error);
     }
     origin.index = Index::new(&root);
-    Ok((root, (origin, targets)))
+    Ok((root, (origin, keys)))
 }

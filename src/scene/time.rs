@@ -11,7 +11,7 @@ use crate::solve::{
     STEADY_CHEMISTRY_INTEGRATOR,
 };
 
-use crate::document::Problem;
+use crate::document::DocumentError;
 use crate::document::read;
 use crate::document::{Node, Value};
 use crate::registry::{Family, choose};
@@ -56,7 +56,7 @@ const METHODS: [(&str, &str); 5] = [
 ];
 
 /// Reads the table `[time]` of a scene that is a `point`, without space, or has a sheet.
-pub(crate) fn read_time(mut node: Node, point: bool) -> Result<TimeSpec, Problem> {
+pub(crate) fn read_time(mut node: Node, point: bool) -> Result<TimeSpec, DocumentError> {
     let policy = match node.take("policy") {
         Some((_, node)) => read_policy(node).map_err(|problem| problem.under("policy"))?,
         None => Policy::default(),
@@ -76,7 +76,7 @@ pub(crate) fn read_time(mut node: Node, point: bool) -> Result<TimeSpec, Problem
             )),
         }
     })?;
-    let span = read(node).map_err(|p: Problem| p.also_allowed(&["policy", "integrator"]))?;
+    let span = read(node).map_err(|p: DocumentError| p.also_allowed(&["policy", "integrator"]))?;
     Ok(TimeSpec { span, policy, integrator })
 }
 
@@ -86,7 +86,7 @@ fn chosen<T: ?Sized + Family>(
     key: &str,
     default: &str,
     complete: impl FnOnce(Node) -> Node,
-) -> Result<Box<T>, Problem> {
+) -> Result<Box<T>, DocumentError> {
     let choice = match node.take(key) {
         Some((_, choice)) => choice,
         None => Node::default_text(default, node.place.clone()),
@@ -113,11 +113,11 @@ fn at_a_point(mut choice: Node) -> Node {
 }
 
 /// A policy by its name, or as a table with its name as `kind`.
-fn read_policy(mut node: Node) -> Result<Policy, Problem> {
+fn read_policy(mut node: Node) -> Result<Policy, DocumentError> {
     let whole = node.place.clone();
     let named = match node.take("kind") {
         Some((_, name)) => {
-            let rest: Nothing = read(node).map_err(|p: Problem| p.also_allowed(&["kind"]))?;
+            let rest: Nothing = read(node).map_err(|p: DocumentError| p.also_allowed(&["kind"]))?;
             let Nothing {} = rest;
             name
         }
@@ -125,13 +125,14 @@ fn read_policy(mut node: Node) -> Result<Policy, Problem> {
     };
     let place = named.place.clone();
     let Value::String(name) = named.value else {
-        let problem = Problem::mismatch("the name of a policy in quotes", named.value.describe());
+        let problem =
+            DocumentError::mismatch("the name of a policy in quotes", named.value.describe());
         return Err(problem.placed(&place));
     };
     let found = Policy::ALL.into_iter().find(|policy| policy.name() == name);
     found.ok_or_else(|| {
         let names = Policy::ALL.map(Policy::name);
-        Problem::unknown_name("timescale policy", &name, &names).placed(&place).placed(&whole)
+        DocumentError::unknown_name("timescale policy", &name, &names).placed(&place).placed(&whole)
     })
 }
 

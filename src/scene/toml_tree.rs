@@ -2,17 +2,17 @@
 
 use toml::de::{DeTable, DeValue};
 
-use crate::document::{Key, MAX_DEPTH, Node, Place, Problem, Value};
+use crate::document::{DocumentError, Key, MAX_DEPTH, Node, Place, Value};
 
 /// Reads a whole document.
-pub(super) fn document(text: &str) -> Result<Node, Problem> {
+pub(super) fn document(text: &str) -> Result<Node, DocumentError> {
     let root = DeTable::parse(text).map_err(|e| syntax(&e, 0, 0))?;
     let whole = 0..text.len();
     table(root.into_inner(), Place { source: 0, span: whole }, MAX_DEPTH)
 }
 
 /// Reads one value that stands at byte `offset` of the text number `source`.
-pub(super) fn value(text: &str, source: usize, offset: usize) -> Result<Node, Problem> {
+pub(super) fn value(text: &str, source: usize, offset: usize) -> Result<Node, DocumentError> {
     let value = DeValue::parse(text).map_err(|e| syntax(&e, source, offset))?;
     let span = value.span();
     let place = Place { source, span: span.start + offset..span.end + offset };
@@ -22,13 +22,13 @@ pub(super) fn value(text: &str, source: usize, offset: usize) -> Result<Node, Pr
     Ok(node)
 }
 
-fn syntax(error: &toml::de::Error, source: usize, offset: usize) -> Problem {
+fn syntax(error: &toml::de::Error, source: usize, offset: usize) -> DocumentError {
     let place =
         error.span().map(|span| Place { source, span: span.start + offset..span.end + offset });
-    Problem::syntax(error.message(), place)
+    DocumentError::syntax(error.message(), place)
 }
 
-fn table(entries: DeTable<'_>, place: Place, depth: usize) -> Result<Node, Problem> {
+fn table(entries: DeTable<'_>, place: Place, depth: usize) -> Result<Node, DocumentError> {
     let source = place.source;
     let mut out = Vec::with_capacity(entries.len());
     for (key, value) in entries {
@@ -41,9 +41,9 @@ fn table(entries: DeTable<'_>, place: Place, depth: usize) -> Result<Node, Probl
     Ok(Node { value: Value::Table(out), place })
 }
 
-fn convert(value: DeValue<'_>, place: Place, depth: usize) -> Result<Node, Problem> {
+fn convert(value: DeValue<'_>, place: Place, depth: usize) -> Result<Node, DocumentError> {
     let Some(depth) = depth.checked_sub(1) else {
-        return Err(Problem::at(place, format!("nested more than {MAX_DEPTH} levels deep")));
+        return Err(DocumentError::at(place, format!("nested more than {MAX_DEPTH} levels deep")));
     };
     let source = place.source;
     let value = match value {
@@ -51,14 +51,14 @@ fn convert(value: DeValue<'_>, place: Place, depth: usize) -> Result<Node, Probl
         DeValue::Integer(i) => match i64::from_str_radix(i.as_str(), i.radix()) {
             Ok(i) => Value::Integer(i),
             Err(_) => {
-                return Err(Problem::at(place, "this integer needs more than 64 bits")
+                return Err(DocumentError::at(place, "this integer needs more than 64 bits")
                     .help("write a large real number with a point or exponent, as in 1e20"));
             }
         },
         DeValue::Float(x) => match x.as_str().parse::<f64>() {
             Ok(v) if v.is_finite() || x.as_str().contains("inf") || v.is_nan() => Value::Float(v),
             _ => {
-                return Err(Problem::at(place, "this number is too large")
+                return Err(DocumentError::at(place, "this number is too large")
                     .help("the largest number is 1.797e308"));
             }
         },

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use rumple_numerics::Vec3;
 use rumple_numerics::num::index;
-use rumple_numerics::parallel::patches::Patches;
+use rumple_numerics::parallel::element_blocks::ElementBlocks;
 use rumple_numerics::reduction::Reduction;
 
 /// Why a sheet was refused.
@@ -138,8 +138,8 @@ pub struct Sheet {
     share: Option<Share>,
     // Made when they are first asked for: chemistry on a still shape needs none of them.
     vertex_triangles: OnceLock<Incidence>,
-    edge_patches: OnceLock<Patches<2>>,
-    triangle_patches: OnceLock<Patches<3>>,
+    edge_blocks: OnceLock<ElementBlocks<2>>,
+    triangle_blocks: OnceLock<ElementBlocks<3>>,
 }
 
 /// The same vertices and triangles: all else follows from them.
@@ -202,8 +202,8 @@ impl Sheet {
             share: None,
             boundary,
             vertex_triangles: OnceLock::new(),
-            edge_patches: OnceLock::new(),
-            triangle_patches: OnceLock::new(),
+            edge_blocks: OnceLock::new(),
+            triangle_blocks: OnceLock::new(),
         })
     }
 
@@ -332,20 +332,20 @@ impl Sheet {
     /// The edges, for sums over edges that end up at vertices.
     #[must_use]
     #[inline]
-    pub fn edge_patches(&self) -> &Patches<2> {
-        self.edge_patches.get_or_init(|| {
+    pub fn edge_blocks(&self) -> &ElementBlocks<2> {
+        self.edge_blocks.get_or_init(|| {
             let ends: Vec<_> = self.edges.iter().map(|e| e.vertices).collect();
-            Patches::new(self.vertex_count(), &ends, |ends| self.counts(ends))
+            ElementBlocks::new(self.vertex_count(), &ends, |ends| self.counts(ends))
         })
     }
 
     /// The triangles, for sums over triangles that end up at vertices.
     #[must_use]
     #[inline]
-    pub fn triangle_patches(&self) -> &Patches<3> {
+    pub fn triangle_blocks(&self) -> &ElementBlocks<3> {
         let counts = |corners: &[u32; 3]| self.counts(corners);
-        self.triangle_patches
-            .get_or_init(|| Patches::new(self.vertex_count(), &self.triangles, counts))
+        self.triangle_blocks
+            .get_or_init(|| ElementBlocks::new(self.vertex_count(), &self.triangles, counts))
     }
 
     /// Euler characteristic χ = vertices - edges + triangles; of a part of a sheet its share of that.

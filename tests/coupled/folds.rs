@@ -63,7 +63,7 @@ fn the_first_step_of_chemistry_fast_follows_from_the_motion_of_the_shape() {
     simulation.prepare().unwrap();
     let report = simulation.step(12.0).unwrap();
     assert_eq!(report.work.rejected, 0, "{:?}", report.rejected);
-    assert!(report.step < 1e-6 && report.work.newton_iterations < 50, "{report:?}");
+    assert!(report.length < 1e-6 && report.work.newton_iterations < 50, "{report:?}");
 }
 
 /// Beyond a fold the search for a steady state follows the rates, not the linear system, which points backwards there: it

@@ -20,7 +20,7 @@ struct Small {
     law: Law,
     slope: fn(f64, f64) -> f64,
     unknowns: usize,
-    stored: Option<Vec<bool>>,
+    differential: Option<Vec<bool>>,
     matrix: Assembly,
     calls: Arc<AtomicUsize>,
 }
@@ -30,7 +30,7 @@ impl Small {
         let matrix = Assembly::new(unknowns, unknowns, |entries| {
             (0..unknowns).for_each(|i| entries.add(i, i, 0.0));
         });
-        Self { law, slope, unknowns, stored: None, matrix, calls: Arc::default() }
+        Self { law, slope, unknowns, differential: None, matrix, calls: Arc::default() }
     }
 }
 
@@ -39,11 +39,11 @@ impl OdeProblem for Small {
         self.unknowns
     }
 
-    fn stored(&self) -> Option<Vec<bool>> {
-        self.stored.clone()
+    fn differential(&self) -> Option<Vec<bool>> {
+        self.differential.clone()
     }
 
-    fn residual(&mut self, time: f64, y: &[f64], out: &mut [f64]) -> Result<(), Failure> {
+    fn rhs(&mut self, time: f64, y: &[f64], out: &mut [f64]) -> Result<(), Failure> {
         self.calls.fetch_add(1, Ordering::Relaxed);
         (self.law)(time, y, out)
     }
@@ -209,7 +209,7 @@ fn a_singular_newton_matrix_is_an_error() {
         for method in [OdeMethod::Bdf, OdeMethod::TrBdf2, OdeMethod::Esdirk34] {
             // Without storage and with a Jacobian of nothing: nothing determines the second unknown.
             let mut small = Small::new(law, |_, _| 0.0, 2);
-            small.stored = Some(vec![true, false]);
+            small.differential = Some(vec![true, false]);
             let options = Options { linear, ..options(method, 2) };
             let (y, _) = integrate(small, &[0.0; 2], &options, 1.0);
             assert!(y.is_err(), "{linear:?} {method:?}: {y:?}");

@@ -1,5 +1,8 @@
 //! Derivatives of the coupled residual against central differences.
 
+mod feedback;
+mod law;
+
 use std::sync::Arc;
 
 use rumple::Vec3;
@@ -8,163 +11,18 @@ use rumple::effects::{
     Field, GreenGauss, Held, HingeBending, Measure, MeyerBending, RestShape, StretchingModulus,
     StretchingWeight, StvkStretching, TransportTerm,
 };
-use rumple::geometry::{AreaRule, VertexArea};
+use rumple::geometry::{AreaRule, VertexArea, face_areas};
 use rumple::kinetics::formula::SpeciesFormula;
-use rumple::kinetics::{
-    Batch, Capabilities, Descriptor, Feedback, Kinetics, Location, Outcome, Signal, SignalRead,
-    Species,
-};
+use rumple::kinetics::{Kinetics, Location, Signal};
 use rumple::model::{
     Chemistry, Coupled, Drag, Mechanics, Model, ParameterFields, Part, Signals, State, Storage,
     TensionReading,
 };
 use rumple::sheet::Sheet;
 
+use self::law::Everything;
 use crate::common::{Noise, irregular};
 use crate::mechanics::{MATERIAL, alone, crumpled, variants};
-
-/// Two species whose rates depend on each other and on all signals, and that change lengths.
-#[derive(Debug)]
-struct Everything(Descriptor);
-
-impl Everything {
-    fn new(location: Location) -> Self {
-        let species = |name: &str| Species {
-            name: name.into(),
-            unit: "1".into(),
-            doc: String::new(),
-            typical: 1.0,
-            lower: f64::NEG_INFINITY,
-            upper: f64::INFINITY,
-            diffusion: 0.0,
-            location,
-        };
-        Self(Descriptor {
-            id: "test.everything".into(),
-            name: "everything".into(),
-            version: "0".into(),
-            author: String::new(),
-            licence: String::new(),
-            doc: String::new(),
-            species: vec![species("a"), species("b")],
-            parameters: Vec::new(),
-            signals: Signal::ALL.map(|signal| SignalRead { signal, typical: 1.0 }).to_vec(),
-            capabilities: Capabilities {
-                rate_partials: true,
-                length_factor: true,
-                length_factor_partials: true,
-                ..Capabilities::default()
-            },
-            observables: Vec::new(),
-            observed: Vec::new(),
-        })
-    }
-
-    /// The same, which bends the sheet as well, and grows across a fibre.
-    fn with_feedback(location: Location) -> Self {
-        let mut all = Self::new(location);
-        all.0.capabilities.curvature = true;
-        all.0.capabilities.length_factor_across = true;
-        all
-    }
-
-    /// `(1 + k) sin(k + x_k)` summed over inputs, another phase for each species.
-    fn term(species: usize, input: usize, x: f64) -> (f64, f64) {
-        let phase = 0.3 * species as f64 + 0.7 * input as f64;
-        let size = 1.0 + 0.1 * input as f64;
-        (size * (phase + x).sin(), size * (phase + x).cos())
-    }
-}
-
-impl Kinetics for Everything {
-    fn descriptor(&self) -> &Descriptor {
-        &self.0
-    }
-
-    fn parameters(&self) -> &[f64] {
-        &[]
-    }
-
-    fn rates(&self, batch: &Batch<'_>, rates: &mut [&mut [f64]]) -> Outcome {
-        for (s, rate) in rates.iter_mut().enumerate() {
-            for (point, rate) in rate.iter_mut().enumerate() {
-                *rate =
-                    batch.inputs().enumerate().map(|(k, x)| Self::term(s, k, x.at(point)).0).sum();
-            }
-        }
-        Ok(None)
-    }
-
-    fn rate_partials(
-        &self,
-        batch: &Batch<'_>,
-        rates: &mut [&mut [f64]],
-        partials: &mut [&mut [f64]],
-    ) -> Outcome {
-        let inputs = self.0.inputs();
-        for (entry, partial) in partials.iter_mut().enumerate() {
-            let (s, k) = (entry / inputs, entry % inputs);
-            let column = batch.inputs().nth(k).unwrap();
-            for (point, partial) in partial.iter_mut().enumerate() {
-                *partial = Self::term(s, k, column.at(point)).1;
-            }
-        }
-        self.rates(batch, rates)
-    }
-
-    fn length_factor(&self, batch: &Batch<'_>, factor: &mut [f64]) -> Outcome {
-        for (point, factor) in factor.iter_mut().enumerate() {
-            let [a, b] = [0, 1].map(|s| batch.species[s].at(point));
-            *factor = 1.0 + 0.1 * (a + 2.0 * b).sin();
-        }
-        Ok(None)
-    }
-
-    fn length_factor_partials(
-        &self,
-        batch: &Batch<'_>,
-        factor: &mut [f64],
-        partials: &mut [&mut [f64]],
-    ) -> Outcome {
-        for (s, partial) in partials.iter_mut().enumerate() {
-            for (point, partial) in partial.iter_mut().enumerate() {
-                let [a, b] = [0, 1].map(|s| batch.species[s].at(point));
-                *partial = 0.1 * (a + 2.0 * b).cos() * [1.0, 2.0][s];
-            }
-        }
-        self.length_factor(batch, factor)
-    }
-
-    fn feedback(&self, which: Feedback, batch: &Batch<'_>, values: &mut [f64]) -> Outcome {
-        for (point, value) in values.iter_mut().enumerate() {
-            let [a, b] = [0, 1].map(|s| batch.species[s].at(point));
-            *value = match which {
-                Feedback::Curvature => 0.8 * (2.0 * a - b).sin(),
-                Feedback::FactorAcross => 1.0 + 0.1 * (a * b).cos(),
-            };
-        }
-        Ok(None)
-    }
-
-    fn feedback_partials(
-        &self,
-        which: Feedback,
-        batch: &Batch<'_>,
-        values: &mut [f64],
-        partials: &mut [&mut [f64]],
-    ) -> Outcome {
-        for (s, partial) in partials.iter_mut().enumerate() {
-            for (point, partial) in partial.iter_mut().enumerate() {
-                let [a, b] = [0, 1].map(|s| batch.species[s].at(point));
-                *partial = match which {
-                    Feedback::Curvature => 0.8 * (2.0 * a - b).cos() * [2.0, -1.0][s],
-                    Feedback::FactorAcross => -0.1 * (a * b).sin() * [b, a][s],
-                };
-            }
-        }
-        self.feedback(which, batch, values)
-    }
-}
 
 /// A sheet with that kinetics, the transports, and a pinned corner and boundary direction.
 fn model(
@@ -260,12 +118,7 @@ fn holding(
     let energies: Vec<EnergyTerm> = vec![stretching, EnergyTerm::new(bending)];
     let mechanics = Mechanics::new(Arc::clone(sheet), energies, pins).unwrap();
     let area = VertexArea::new(sheet, rule);
-    let rest_area: Vec<f64> = (0..sheet.triangle_count())
-        .map(|t| {
-            let [a, b, c] = sheet.triangles()[t].map(|v| sheet.rest()[v as usize]);
-            0.5 * (b - a).cross(&(c - a)).norm()
-        })
-        .collect();
+    let rest_area = face_areas(sheet, sheet.rest());
     let kinetics = Arc::new(Everything::new(location));
     let signals = Signals::new(
         Signal::ALL.to_vec(),
@@ -287,127 +140,6 @@ fn holding(
     .holding(held);
     let storage = Storage { mechanics: 1.0, chemistry: 1.0 };
     Arc::new(Model::new(mechanics, Some(chemistry), storage, Drag::per_vertex(3.0)))
-}
-
-/// The same, its length factor along a fibre.
-fn with_fibres(sheet: &Arc<Sheet>, across: Option<f64>) -> Arc<Model> {
-    let kinetics = match across {
-        Some(_) => Everything::new(Location::Vertex),
-        None => Everything::with_feedback(Location::Vertex),
-    };
-    let context = EffectContext {
-        sheet,
-        material: Some(&MATERIAL),
-        varying: None,
-        kinetics: Some((kinetics.descriptor(), Location::Vertex)),
-        measure: Measure::Amount,
-        read: None,
-    };
-    let fibre = Fibre::Components(["0.8", "0.5", "0.1"].map(|text| Field::Formula(text.into())));
-    let direction = DirectedGrowth { fibre, across }.build(&context).unwrap().direction;
-    let stvk = EnergyTerm::new(StvkStretching::new(&MATERIAL, StretchingModulus::Paper));
-    let signals = Signals::new(
-        Signal::ALL.to_vec(),
-        Location::Vertex,
-        VertexArea::new(sheet, AreaRule::FrozenVoronoi),
-        Some(&(&MATERIAL).into()),
-        TensionReading::Paper,
-        vec![1.0; sheet.triangle_count()],
-    );
-    let chemistry = Chemistry::new(
-        sheet,
-        Arc::new(kinetics),
-        ParameterFields::default(),
-        Location::Vertex,
-        signals,
-        Vec::new(),
-        Measure::Amount,
-    );
-    let pins = vec![[false; 3]; sheet.vertex_count()];
-    let mechanics = Mechanics::new(Arc::clone(sheet), vec![stvk], pins).unwrap();
-    let storage = Storage { mechanics: 1.0, chemistry: 1.0 };
-    let chemistry = chemistry.directed(direction);
-    Arc::new(Model::new(mechanics, Some(chemistry), storage, Drag::per_vertex(3.0)))
-}
-
-#[test]
-fn the_length_factor_of_a_law_has_its_derivatives_along_fibres_too() {
-    let sheet = Arc::new(irregular(5, 4, 0.15));
-    // The last by a factor of its own across them.
-    for across in [Some(0.0), Some(-1.0), Some(0.5), Some(1.0), None] {
-        let found = deviation(&with_fibres(&sheet, across), &state(&sheet, Location::Vertex));
-        assert!(found < 1e-7, "{across:?}: {found}");
-    }
-}
-
-/// A law that gives spontaneous curvature to one of the models of bending.
-fn bent(sheet: &Arc<Sheet>, location: Location, bending: EnergyTerm) -> Arc<Model> {
-    reading(sheet, location, vec![bending])
-}
-
-/// A law with all feedback, and energies that feel it beside stretching.
-fn reading(sheet: &Arc<Sheet>, location: Location, energies: Vec<EnergyTerm>) -> Arc<Model> {
-    let stretching = bond(StretchingWeight::OptimalArea);
-    let pins = vec![[false; 3]; sheet.vertex_count()];
-    let energies = std::iter::once(stretching).chain(energies).collect();
-    let mechanics = Mechanics::new(Arc::clone(sheet), energies, pins).unwrap();
-    let signals = Signals::new(
-        Signal::ALL.to_vec(),
-        location,
-        VertexArea::new(sheet, AreaRule::FrozenVoronoi),
-        Some(&(&MATERIAL).into()),
-        TensionReading::Paper,
-        vec![1.0; sheet.triangle_count()],
-    );
-    let chemistry = Chemistry::new(
-        sheet,
-        Arc::new(Everything::with_feedback(location)),
-        ParameterFields::default(),
-        location,
-        signals,
-        Vec::new(),
-        Measure::Concentration,
-    );
-    let storage = Storage { mechanics: 1.0, chemistry: 1.0 };
-    Arc::new(Model::new(mechanics, Some(chemistry), storage, Drag::per_vertex(3.0)))
-}
-
-#[test]
-fn the_jacobian_is_exact_for_spontaneous_curvatures_of_a_law() {
-    let sheet = Arc::new(irregular(8, 7, 0.2));
-    let shapes =
-        [RestShape::default(), RestShape::at(&crumpled(&sheet, 0.1))].map(RestShape::following_law);
-    for location in [Location::Vertex, Location::Face] {
-        for (k, rest) in shapes.iter().enumerate() {
-            let rule = AreaRule::FrozenVoronoi;
-            let meyer = EnergyTerm::new(MeyerBending::with_rest(&sheet, &MATERIAL, rule, rest));
-            let hinge = EnergyTerm::new(HingeBending::with_rest(&sheet, &MATERIAL, rest));
-            for (name, bending) in [("meyer", meyer), ("hinge", hinge)] {
-                let model = bent(&sheet, location, bending);
-                let [forces, rates] = deviations(&model, &state(&sheet, location));
-                assert!(rates < 1e-6, "{name}, {location:?}, {k}: {rates:e}");
-                assert!(forces < 1e-6, "{name}, {location:?}, {k}: {forces:e}");
-            }
-        }
-    }
-}
-
-#[test]
-fn the_jacobian_is_exact_for_energies_that_read_species() {
-    let sheet = Arc::new(irregular(8, 7, 0.2));
-    let tables = [
-        "kind = 'active-tension'\nvalue = '0.3 + a*b + 0.1*x'\nramp = { formula = '1 + t' }",
-        "kind = 'active-tension'\nvalue = 'sin(b)'\nfibre = [1, 'y', 0.2]",
-    ];
-    for location in [Location::Vertex, Location::Face] {
-        for (k, read) in [&tables[..1], &tables[1..], &tables[..]].into_iter().enumerate() {
-            let Effect { energies, .. } = brought(&sheet, location, Measure::Concentration, read);
-            let model = reading(&sheet, location, energies);
-            let [forces, rates] = deviations(&model, &state(&sheet, location));
-            assert!(forces < 1e-6, "{location:?}, {k}: {forces:e}");
-            assert!(rates < 1e-6, "{location:?}, {k}: {rates:e}");
-        }
-    }
 }
 
 fn state(sheet: &Sheet, location: Location) -> State {

@@ -171,7 +171,7 @@ fn the_steps_of_a_method_with_fixed_steps_are_counted_exactly() {
         let mut output = 1.0;
         while simulation.state().time < 1.0 {
             let target = f64::min(output * every, 1.0);
-            let length = simulation.step(target).unwrap().step;
+            let length = simulation.step(target).unwrap().length;
             let time = simulation.state().time;
             if time >= target {
                 output += 1.0;

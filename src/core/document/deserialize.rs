@@ -9,29 +9,31 @@ use serde::de::{
     Unexpected, VariantAccess, Visitor,
 };
 
-use super::problem::Problem;
+use super::error::DocumentError;
 use super::{Key, Node, Place, Value};
 
 impl<'de> Deserializer<'de> for Node {
-    type Error = Problem;
+    type Error = DocumentError;
 
-    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Problem> {
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DocumentError> {
         let place = self.place;
         match self.value {
             Value::String(s) => visitor.visit_string(s),
             Value::Integer(i) => visitor.visit_i64(i),
             Value::Float(x) => visitor.visit_f64(x),
             Value::Boolean(b) => visitor.visit_bool(b),
-            Value::Date(_) => Err(Problem::invalid_type(Unexpected::Other("a date"), &visitor)),
+            Value::Date(_) => {
+                Err(DocumentError::invalid_type(Unexpected::Other("a date"), &visitor))
+            }
             Value::Array(items) => visit_array(items, visitor),
             Value::Table(entries) => {
                 visitor.visit_map(Table { rest: entries.into_iter(), value: None })
             }
         }
-        .map_err(|problem: Problem| problem.placed(&place))
+        .map_err(|problem: DocumentError| problem.placed(&place))
     }
 
-    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Problem> {
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DocumentError> {
         visitor.visit_some(self)
     }
 
@@ -39,7 +41,7 @@ impl<'de> Deserializer<'de> for Node {
         self,
         _name: &'static str,
         visitor: V,
-    ) -> Result<V::Value, Problem> {
+    ) -> Result<V::Value, DocumentError> {
         let place = self.place.clone();
         visitor.visit_newtype_struct(self).map_err(|problem| problem.placed(&place))
     }
@@ -49,10 +51,12 @@ impl<'de> Deserializer<'de> for Node {
         _name: &'static str,
         _fields: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Problem> {
+    ) -> Result<V::Value, DocumentError> {
         // Derived code would also take a list, by position; a scene names what it gives.
         if matches!(self.value, Value::Array(_)) {
-            return Err(Problem::mismatch("a table", self.value.describe()).placed(&self.place));
+            return Err(
+                DocumentError::mismatch("a table", self.value.describe()).placed(&self.place)
+            );
         }
         self.deserialize_any(visitor)
     }
@@ -61,16 +65,18 @@ impl<'de> Deserializer<'de> for Node {
         self,
         _name: &'static str,
         visitor: V,
-    ) -> Result<V::Value, Problem> {
+    ) -> Result<V::Value, DocumentError> {
         let place = self.place;
         match self.value {
             Value::Table(entries) => match entries.first() {
                 None => visitor.visit_unit(),
-                Some((key, _)) => Err(Problem::unknown_field(&key.name, &[]).placed(&key.place)),
+                Some((key, _)) => {
+                    Err(DocumentError::unknown_field(&key.name, &[]).placed(&key.place))
+                }
             },
-            other => Err(Problem::mismatch("a table", other.describe())),
+            other => Err(DocumentError::mismatch("a table", other.describe())),
         }
-        .map_err(|problem: Problem| problem.placed(&place))
+        .map_err(|problem: DocumentError| problem.placed(&place))
     }
 
     fn deserialize_enum<V: Visitor<'de>>(
@@ -78,7 +84,7 @@ impl<'de> Deserializer<'de> for Node {
         name: &'static str,
         variants: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Problem> {
+    ) -> Result<V::Value, DocumentError> {
         let place = self.place;
         match self.value {
             Value::String(s) => {
@@ -87,7 +93,7 @@ impl<'de> Deserializer<'de> for Node {
             }
             Value::Table(mut entries) if entries.len() == 1 => match entries.pop() {
                 Some((key, value)) => visitor.visit_enum(Variant { key, value: Some(value) }),
-                None => Err(Problem::missing_field(name)),
+                None => Err(DocumentError::missing_field(name)),
             },
             other => {
                 let found = match &other {
@@ -95,10 +101,10 @@ impl<'de> Deserializer<'de> for Node {
                     value => value.describe(),
                 };
                 let one_of = format!("one of {}", variants.join(", "));
-                Err(Problem::mismatch(&one_of, found))
+                Err(DocumentError::mismatch(&one_of, found))
             }
         }
-        .map_err(|problem: Problem| problem.placed(&place))
+        .map_err(|problem: DocumentError| problem.placed(&place))
     }
 
     serde::forward_to_deserialize_any! {
@@ -107,7 +113,7 @@ impl<'de> Deserializer<'de> for Node {
     }
 }
 
-impl<'de> IntoDeserializer<'de, Problem> for Node {
+impl<'de> IntoDeserializer<'de, DocumentError> for Node {
     type Deserializer = Self;
 
     fn into_deserializer(self) -> Self {
@@ -115,9 +121,12 @@ impl<'de> IntoDeserializer<'de, Problem> for Node {
     }
 }
 
-fn visit_array<'de, V: Visitor<'de>>(items: Vec<Node>, visitor: V) -> Result<V::Value, Problem> {
+fn visit_array<'de, V: Visitor<'de>>(
+    items: Vec<Node>,
+    visitor: V,
+) -> Result<V::Value, DocumentError> {
     let length = items.len();
-    let expected = Problem::invalid_length(length, &visitor);
+    let expected = DocumentError::invalid_length(length, &visitor);
     let mut array = Array { rest: items.into_iter(), next: 0 };
     let value = visitor.visit_seq(&mut array)?;
     if array.rest.len() == 0 { Ok(value) } else { Err(expected) }
@@ -129,12 +138,12 @@ struct Array {
 }
 
 impl<'de> SeqAccess<'de> for &mut Array {
-    type Error = Problem;
+    type Error = DocumentError;
 
     fn next_element_seed<T: DeserializeSeed<'de>>(
         &mut self,
         seed: T,
-    ) -> Result<Option<T::Value>, Problem> {
+    ) -> Result<Option<T::Value>, DocumentError> {
         let Some(node) = self.rest.next() else {
             return Ok(None);
         };
@@ -157,25 +166,28 @@ struct Table {
 }
 
 impl<'de> MapAccess<'de> for Table {
-    type Error = Problem;
+    type Error = DocumentError;
 
     fn next_key_seed<K: DeserializeSeed<'de>>(
         &mut self,
         seed: K,
-    ) -> Result<Option<K::Value>, Problem> {
+    ) -> Result<Option<K::Value>, DocumentError> {
         let Some((key, value)) = self.rest.next() else {
             return Ok(None);
         };
         let name = seed
-            .deserialize(StrDeserializer::<Problem>::new(&key.name))
+            .deserialize(StrDeserializer::<DocumentError>::new(&key.name))
             .map_err(|problem| problem.placed(&key.place))?;
         self.value = Some((key, value));
         Ok(Some(name))
     }
 
-    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Problem> {
+    fn next_value_seed<V: DeserializeSeed<'de>>(
+        &mut self,
+        seed: V,
+    ) -> Result<V::Value, DocumentError> {
         let Some((key, value)) = self.value.take() else {
-            return Err(Problem::custom("a value was asked for before its key"));
+            return Err(DocumentError::custom("a value was asked for before its key"));
         };
         let place = value.place.clone();
         seed.deserialize(value).map_err(|problem| problem.placed(&place).under(&key.name))
@@ -192,15 +204,15 @@ struct Variant {
 }
 
 impl<'de> EnumAccess<'de> for Variant {
-    type Error = Problem;
+    type Error = DocumentError;
     type Variant = Payload;
 
     fn variant_seed<V: DeserializeSeed<'de>>(
         self,
         seed: V,
-    ) -> Result<(V::Value, Payload), Problem> {
+    ) -> Result<(V::Value, Payload), DocumentError> {
         let name = seed
-            .deserialize(StrDeserializer::<Problem>::new(&self.key.name))
+            .deserialize(StrDeserializer::<DocumentError>::new(&self.key.name))
             .map_err(|problem| problem.placed(&self.key.place))?;
         Ok((name, Payload { key: self.key, value: self.value }))
     }
@@ -213,33 +225,36 @@ struct Payload {
 }
 
 impl Payload {
-    fn required(self) -> Result<(String, Node), Problem> {
+    fn required(self) -> Result<(String, Node), DocumentError> {
         let Self { key: Key { name, place }, value } = self;
         match value {
             Some(node) => Ok((name, node)),
             None => {
                 let message = format!("{name} needs a value");
-                Err(Problem::at(place, message).help(format!("write {{ {name} = … }}")))
+                Err(DocumentError::at(place, message).help(format!("write {{ {name} = … }}")))
             }
         }
     }
 }
 
 impl<'de> VariantAccess<'de> for Payload {
-    type Error = Problem;
+    type Error = DocumentError;
 
-    fn unit_variant(self) -> Result<(), Problem> {
+    fn unit_variant(self) -> Result<(), DocumentError> {
         match self.value {
             None => Ok(()),
             Some(node) => {
                 let name = self.key.name;
-                Err(Problem::at(node.place, format!("{name} takes no value"))
+                Err(DocumentError::at(node.place, format!("{name} takes no value"))
                     .help(format!("write {name:?} alone")))
             }
         }
     }
 
-    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, Problem> {
+    fn newtype_variant_seed<T: DeserializeSeed<'de>>(
+        self,
+        seed: T,
+    ) -> Result<T::Value, DocumentError> {
         let (name, node) = self.required()?;
         seed.deserialize(node).map_err(|problem| problem.under(&name))
     }
@@ -248,7 +263,7 @@ impl<'de> VariantAccess<'de> for Payload {
         self,
         length: usize,
         visitor: V,
-    ) -> Result<V::Value, Problem> {
+    ) -> Result<V::Value, DocumentError> {
         let (name, node) = self.required()?;
         node.deserialize_tuple(length, visitor).map_err(|problem| problem.under(&name))
     }
@@ -257,14 +272,14 @@ impl<'de> VariantAccess<'de> for Payload {
         self,
         fields: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Problem> {
+    ) -> Result<V::Value, DocumentError> {
         let (name, node) = self.required()?;
         node.deserialize_struct("", fields, visitor).map_err(|problem| problem.under(&name))
     }
 }
 
 /// Reads `node` as a `T`; the place of a problem is at worst that of the whole node.
-pub fn read<T: serde::de::DeserializeOwned>(node: Node) -> Result<T, Problem> {
+pub fn read<T: serde::de::DeserializeOwned>(node: Node) -> Result<T, DocumentError> {
     let place: Place = node.place.clone();
     T::deserialize(node).map_err(|problem| problem.placed(&place))
 }

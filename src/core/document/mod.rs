@@ -2,14 +2,14 @@
 //! from, whatever the format of the file.
 
 mod deserialize;
-mod problem;
+mod error;
 
 use std::ops::Range;
 
-pub use self::problem::Problem;
+pub use self::error::DocumentError;
 
 pub use self::deserialize::read;
-pub use self::problem::{Explanation, choices_in_words};
+pub use self::error::{Explanation, choices_in_words};
 
 /// Tables and lists may be nested this deep; scenes need five levels. The bound keeps every
 /// recursion over a document far from the end of the stack.

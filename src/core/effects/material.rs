@@ -10,7 +10,7 @@
 //! keeps the energy of a uniform strain or curvature that of an integral over the triangles.
 
 use super::field::Values;
-use crate::geometry::Faces;
+use crate::geometry::face_areas;
 use crate::sheet::{Edge, Sheet};
 
 /// Material of the sheet: the same constants everywhere.
@@ -111,7 +111,7 @@ impl Elasticity {
 /// Means over the triangles around every vertex of what these have, weighted by rest areas.
 pub(super) fn at_vertices(values: &Values, sheet: &Sheet) -> Values {
     let Values::Each(values) = values else { return values.clone() };
-    let area = rest_areas(sheet);
+    let area = face_areas(sheet, sheet.rest());
     let mean =
         |i: usize| mean(sheet.vertex_triangles().of(i).iter().map(|&(t, _)| t), values, &area);
     Values::Each((0..sheet.vertex_count()).map(mean).collect())
@@ -120,7 +120,7 @@ pub(super) fn at_vertices(values: &Values, sheet: &Sheet) -> Values {
 /// Means over the triangles on both sides of the `edges` of what these have, weighted by rest areas.
 pub(super) fn at_edges(values: &Values, sheet: &Sheet, edges: &[u32]) -> Values {
     let Values::Each(values) = values else { return values.clone() };
-    let area = rest_areas(sheet);
+    let area = face_areas(sheet, sheet.rest());
     let of = |e: &u32| {
         let sides = sheet.edges()[*e as usize].triangles;
         mean(sides.into_iter().filter(|t| *t != Edge::NONE), values, &area)
@@ -136,10 +136,4 @@ fn mean(triangles: impl Iterator<Item = u32>, values: &[f64], area: &[f64]) -> f
         all += area[t];
     }
     if all > 0.0 { sum / all } else { 0.0 }
-}
-
-fn rest_areas(sheet: &Sheet) -> Vec<f64> {
-    let mut faces = Faces::default();
-    faces.update(sheet, sheet.rest());
-    faces.all().iter().map(|face| face.area).collect()
 }

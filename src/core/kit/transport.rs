@@ -6,6 +6,7 @@ use super::random_vectors;
 use super::{ROUND_OFF, Report, STEP, WRONG, crumpled, exceeds, finite, moved, on_threads};
 use crate::Vec3;
 use crate::effects::{EffectContext, Measure, Operator, TransportTerm};
+use crate::geometry::{face_areas, sum_at_corners};
 use crate::kinetics::Location;
 use crate::sheet::Sheet;
 
@@ -251,17 +252,12 @@ fn mean_edge(sheet: &Sheet) -> f64 {
 
 /// Areas of the points at `x`: of faces, or thirds of them at vertices.
 fn areas(sheet: &Sheet, x: &[Vec3], location: Location) -> Vec<f64> {
-    let face = sheet.triangles().iter().map(|corners| {
-        let [a, b, c] = corners.map(|v| x[v as usize]);
-        0.5 * (b - a).cross(&(c - a)).norm()
-    });
+    let face = face_areas(sheet, x);
     if location == Location::Face {
-        return face.collect();
+        return face;
     }
     let mut all = vec![0.0; x.len()];
-    for (corners, area) in sheet.triangles().iter().zip(face) {
-        corners.iter().for_each(|v| all[*v as usize] += area / 3.0);
-    }
+    sum_at_corners(sheet, |t| face[t] / 3.0, &mut all);
     all
 }
 

@@ -6,7 +6,12 @@
 //!
 //! with x̄ the mean position and R the root mean square distance from it. What is counted is
 //! infinitesimal: a flat sheet fixed out of its plane along its boundary slides and turns in it, three
-//! motions. Whether an energy changes along such a motion is for others to say.
+//! motions. Whether an energy changes along such a motion is asked in `rigid/unhindered.rs`.
+
+mod unhindered;
+
+pub(super) use unhindered::unhindered_at_rest;
+pub use unhindered::{floats, undriven, unhindered};
 
 use nalgebra::{DMatrix, DVector, Matrix6, Rotation3, SymmetricEigen, Vector6};
 
@@ -100,11 +105,21 @@ fn mean(x: &[Vec3], reduction: &Reduction) -> Vec3 {
     centre / reduction.count(x.len()).max(1.0)
 }
 
+/// t and ω.
+fn shift_and_turn(parameters: &Vector6<f64>) -> [Vec3; 2] {
+    [0, 3].map(|k| parameters.fixed_rows::<3>(k).into())
+}
+
+/// The velocity t + ω × r/R at a distance r from the mean position.
+fn velocity(parameters: &Vector6<f64>, radius: f64) -> impl Fn(Vec3) -> Vec3 + Sync + use<> {
+    let [shift, turn] = shift_and_turn(parameters);
+    move |r| shift + turn.cross(&r) / radius
+}
+
 /// Moves `x` rigidly by `parameters` (t, ω): turned by the angle |ω|/`radius` about its mean position, then shifted by t.
 pub fn move_rigidly(x: &mut [Vec3], parameters: &Vector6<f64>, radius: f64, reduction: &Reduction) {
     let centre = mean(x, reduction);
-    let shift: Vec3 = parameters.fixed_rows::<3>(0).into();
-    let turn: Vec3 = parameters.fixed_rows::<3>(3).into();
+    let [shift, turn] = shift_and_turn(parameters);
     let rotation = Rotation3::new(turn / radius);
     parallel::update(x, |_, x| *x = centre + shift + rotation * (*x - centre));
 }

@@ -34,7 +34,7 @@ use std::sync::Arc;
 use crate::effects::{
     Effect, EffectContext, EffectSpec, Elasticity, Material, Measure, ReadSurface,
 };
-use crate::geometry::{Faces, VertexArea};
+use crate::geometry::VertexArea;
 use crate::kinetics::{Kinetics, Location};
 use crate::model::{
     Chemistry, DragSpec, Mechanics, Model, ParameterFields, Policy, Positions, State,
@@ -316,12 +316,4 @@ fn check_diffusion(
         for each";
     let part = Part::Effect(number, "coefficient".into());
     Err(ProblemError::new(part, found.to_string(), Some(help)))
-}
-
-/// Rest areas of the triangles.
-#[must_use]
-pub fn rest_areas(sheet: &Sheet) -> Vec<f64> {
-    let mut faces = Faces::default();
-    faces.update(sheet, sheet.rest());
-    faces.all().iter().map(|f| f.area).collect()
 }

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use super::integrator::unsupported;
-use super::{Law, OnEffect, Part, Problem, ProblemError, rest_areas};
+use super::{Law, OnEffect, Part, Problem, ProblemError};
 use crate::effects::{
     DirectedLengthFactor, Effect, EffectContext, EffectError, Elasticity, Held, Internal,
     LengthFactor, Prescribed, TransportTerm, Values,
 };
-use crate::geometry::VertexArea;
+use crate::geometry::{VertexArea, face_areas};
 use crate::kinetics::{Location, Signal, SignalRead};
 use crate::model::{Chemistry, Drag, Mechanics, MechanicsParts, Potential, Signals};
 use crate::solve::{Integrator, Relaxer};
@@ -290,7 +290,7 @@ impl Problem<'_> {
         let wanted = law.kinetics.descriptor().signals.iter().map(|read| read.signal);
         let wanted: Vec<Signal> = wanted.collect();
         let rest_area: Arc<[f64]> = match wanted.contains(&Signal::AreaRatio) {
-            true => rest_areas(&self.sheet).into(),
+            true => face_areas(&self.sheet, self.sheet.rest()).into(),
             false => Arc::default(),
         };
         let of = self.material.as_ref();

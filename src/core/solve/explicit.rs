@@ -164,7 +164,7 @@ impl Integrator for Euler {
         next.step += 1;
         model.keep_in_range(&mut next.species, time, (SLACK, SLACK))?;
         workspace.project(&mut next)?;
-        let mut report = StepReport { step, ..StepReport::default() };
+        let mut report = StepReport { length: step, ..StepReport::default() };
         report.relaxation.residual = workspace.residual_to_tell(&next)?;
         *state = next;
         Ok(report)

@@ -286,7 +286,7 @@ fn under_way(what: &str, (from, now, until): (f64, f64, f64)) -> String {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct StepReport {
     /// Length of the step.
-    pub step: f64,
+    pub length: f64,
     /// Error estimate in units of the tolerance (0 for fixed steps).
     pub error: f64,
     /// The length that this estimate allows, whatever else limits steps; none where it is not known.

@@ -48,12 +48,12 @@ impl OdeProblem for Problem {
         self.coupled.layout().unknowns()
     }
 
-    fn stored(&self) -> Option<Vec<bool>> {
-        let stored = || self.coupled.mass().map(|m| m != 0.0);
-        stored().any(|stored| !stored).then(|| stored().collect())
+    fn differential(&self) -> Option<Vec<bool>> {
+        let differential = || self.coupled.mass().map(|m| m != 0.0);
+        differential().any(|differential| !differential).then(|| differential().collect())
     }
 
-    fn residual(&mut self, time: f64, y: &[f64], out: &mut [f64]) -> Result<(), Failure> {
+    fn rhs(&mut self, time: f64, y: &[f64], out: &mut [f64]) -> Result<(), Failure> {
         // Every integration comes by here often.
         self.control.check().map_err(SolveError::into_failure)?;
         let done = self.coupled.residual(time, y, out);
@@ -236,7 +236,7 @@ impl Monolithic {
             workspace.settle(&mut next, &state.x)?;
             *held = (next.x != shape).then_some(shape);
         }
-        let mut report = StepReport { step: next.time - state.time, ..StepReport::default() };
+        let mut report = StepReport { length: next.time - state.time, ..StepReport::default() };
         if self.part != Part::Chemistry {
             report.relaxation.residual = workspace.residual_to_tell(&next)?;
         }

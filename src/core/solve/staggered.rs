@@ -308,7 +308,7 @@ impl Staggered {
             self.steady.solve(workspace, &mut next, inner, Leap::Allowed)?;
         }
         *state = next;
-        Ok(StepReport { step, relaxation, ..StepReport::default() })
+        Ok(StepReport { length: step, relaxation, ..StepReport::default() })
     }
 
     /// Heun's method under error control: attempts shorter steps until one is accepted.
@@ -338,7 +338,7 @@ impl Staggered {
                     if time >= self.without_rest.0 {
                         self.without_rest = (f64::NEG_INFINITY, 0);
                     }
-                    report.step = step;
+                    report.length = step;
                     report.error = error;
                     report.allowed = Some(step * SAFETY / error.sqrt());
                     self.propose(step, proposed, error, first);

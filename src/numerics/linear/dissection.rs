@@ -8,6 +8,7 @@ use feral_metis::{CscPattern, metis_order};
 
 use super::BlockPattern;
 use super::LinearError;
+use super::lists::Lists;
 use crate::num::index;
 
 /// Stands for no vertex.
@@ -26,30 +27,17 @@ impl Graph {
     /// [`LinearError`] if it is too large for the index type.
     pub(super) fn new(pattern: &BlockPattern) -> Result<Self, LinearError> {
         let n = pattern.rows();
-        let mut start = vec![0usize; n + 1];
-        let off_diagonal = |i: usize| pattern.row(i).iter().filter(move |&&j| j as usize != i);
-        for i in 0..n {
-            for &j in off_diagonal(i) {
-                start[i + 1] += 1;
-                start[j as usize + 1] += 1;
-            }
-        }
-        for i in 0..n {
-            start[i + 1] += start[i];
-        }
-        let narrow = |k: usize| i32::try_from(k).map_err(|_| no_order(n));
-        let mut next = start.clone();
-        let mut neighbour = vec![0i32; start[n]];
         // Rows above come first, so every list is filled in ascending order.
-        for i in 0..n {
-            for &j in off_diagonal(i) {
-                let j = j as usize;
-                neighbour[next[i]] = narrow(j)?;
-                next[i] += 1;
-                neighbour[next[j]] = narrow(i)?;
-                next[j] += 1;
-            }
-        }
+        let pairs = || {
+            (0..n).flat_map(|i| {
+                let neighbours =
+                    pattern.row(i).iter().map(|&j| j as usize).filter(move |&j| j != i);
+                neighbours.flat_map(move |j| [(i, j), (j, i)])
+            })
+        };
+        let Lists { start, item } = Lists::sorted(n, pairs);
+        let narrow = |k: usize| i32::try_from(k).map_err(|_| no_order(n));
+        let neighbour = item.into_iter().map(narrow).collect::<Result<_, _>>()?;
         let start = start.into_iter().map(narrow).collect::<Result<_, _>>()?;
         Ok(Self { start, neighbour })
     }

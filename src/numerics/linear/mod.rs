@@ -15,6 +15,7 @@ mod gmres;
 mod ilu;
 mod incomplete_lu;
 mod ldlt;
+mod lists;
 mod lu;
 mod multifrontal;
 mod multigrid;

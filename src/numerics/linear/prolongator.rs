@@ -16,6 +16,7 @@ use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
 use super::aggregates::Aggregates;
+use super::lists::Lists;
 use super::symmetric_rows::{FullRowPattern, split};
 use super::{Block, BlockMatrix, BlockPattern};
 use crate::Vec3;
@@ -32,45 +33,20 @@ pub(super) type Motions<const M: usize> = SMatrix<f64, 3, M>;
 /// A number for every pair of motions.
 type Pairs<const M: usize> = SMatrix<f64, M, M>;
 
-/// Lists of numbers, one after the other.
-#[derive(Default)]
-struct Lists {
-    start: Vec<usize>,
-    item: Vec<u32>,
-}
-
-impl Lists {
-    fn new() -> Self {
-        Self { start: vec![0], item: Vec::new() }
-    }
-
-    /// Adds a list: the numbers given, ascending, each once.
-    fn push(&mut self, scratch: &mut Vec<u32>) {
-        scratch.sort_unstable();
-        scratch.dedup();
-        self.item.append(scratch);
-        self.start.push(self.item.len());
-    }
-
-    fn of(&self, i: usize) -> &[u32] {
-        &self.item[self.start[i]..self.start[i + 1]]
-    }
-}
-
 /// The prolongator of one level.
 pub(super) struct Prolongator<const N: usize, const M: usize> {
     aggregates: Aggregates,
-    members: Lists,
+    members: Lists<u32>,
     /// Aggregates that a node depends on, and the blocks of P.
-    row: Lists,
+    row: Lists<u32>,
     value: Vec<SMatrix<f32, 3, M>>,
     /// Nodes that depend on an aggregate, and where in `value`.
-    support: Lists,
+    support: Lists<u32>,
     entry: Vec<u32>,
     /// Nodes with a neighbour in the support.
-    reach: Lists,
+    reach: Lists<u32>,
     /// Aggregates J ≥ I coupled to aggregate I in the coarse matrix.
-    coupled: Lists,
+    coupled: Lists<u32>,
 }
 
 impl<const N: usize, const M: usize> Prolongator<N, M> {
@@ -81,7 +57,7 @@ impl<const N: usize, const M: usize> Prolongator<N, M> {
         let mut row = Lists::new();
         for i in 0..rows.len() {
             scratch.extend(rows.row(i).iter().map(|&j| aggregates.of[j as usize]));
-            row.push(&mut scratch);
+            row.push_set(&mut scratch);
         }
         let (support, entry) = transposed(&row, aggregates.count);
         let own = Lists { start: (0..=rows.len()).collect(), item: aggregates.of.clone() };
@@ -89,10 +65,10 @@ impl<const N: usize, const M: usize> Prolongator<N, M> {
         let (mut reach, mut coupled) = (Lists::new(), Lists::new());
         for a in 0..aggregates.count {
             scratch.extend(support.of(a).iter().flat_map(|&i| rows.row(i as usize)));
-            reach.push(&mut scratch);
+            reach.push_set(&mut scratch);
             let near = reach.of(a).iter().flat_map(|&k| row.of(k as usize));
             scratch.extend(near.copied().filter(|&b| b as usize >= a));
-            coupled.push(&mut scratch);
+            coupled.push_set(&mut scratch);
         }
         let value = vec![SMatrix::zeros(); row.item.len()];
         Self { aggregates, members, row, value, support, entry, reach, coupled }
@@ -275,24 +251,14 @@ impl<const N: usize, const M: usize> Prolongator<N, M> {
 }
 
 /// For every number below `count` the lists it is in, and where in all items.
-fn transposed(lists: &Lists, count: usize) -> (Lists, Vec<u32>) {
-    let mut start = vec![0; count + 1];
-    for &a in &lists.item {
-        start[a as usize + 1] += 1;
-    }
-    for a in 0..count {
-        start[a + 1] += start[a];
-    }
-    let mut next = start.clone();
-    let mut item = vec![0; lists.item.len()];
-    let mut entry = item.clone();
-    for i in 0..lists.start.len() - 1 {
-        for (k, &a) in lists.of(i).iter().enumerate() {
-            item[next[a as usize]] = index(i);
-            entry[next[a as usize]] = index(lists.start[i] + k);
-            next[a as usize] += 1;
-        }
-    }
+fn transposed(lists: &Lists<u32>, count: usize) -> (Lists<u32>, Vec<u32>) {
+    let all = || {
+        let of = |i| lists.of(i).iter().zip(lists.start[i]..);
+        (0..lists.start.len() - 1)
+            .flat_map(move |i| of(i).map(move |(&a, k)| (a as usize, (index(i), index(k)))))
+    };
+    let Lists { start, item } = Lists::sorted(count, all);
+    let (item, entry) = item.into_iter().unzip();
     (Lists { start, item }, entry)
 }
 

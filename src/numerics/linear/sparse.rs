@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::lists::Lists;
 use super::strips::{Block, Strips};
 use super::symmetric_rows::split;
 use crate::num::{index, single};
@@ -242,24 +243,13 @@ impl Sparse {
     #[must_use]
     pub fn by_columns(&self) -> (Vec<usize>, Vec<usize>, Vec<u32>) {
         let pattern = &self.pattern;
-        let mut start = vec![0usize; pattern.columns + 1];
-        for &j in &pattern.column {
-            start[j as usize + 1] += 1;
-        }
-        for j in 0..pattern.columns {
-            start[j + 1] += start[j];
-        }
-        let mut next = start.clone();
-        let mut row = vec![0usize; self.entry_count()];
-        let mut place = vec![0u32; self.entry_count()];
-        for i in 0..self.rows() {
-            for k in pattern.places(i) {
-                let at = &mut next[pattern.column[k] as usize];
-                row[*at] = i;
-                place[*at] = index(k);
-                *at += 1;
-            }
-        }
+        let entries = || {
+            (0..self.rows()).flat_map(|i| {
+                pattern.places(i).map(move |k| (pattern.column[k] as usize, (i, index(k))))
+            })
+        };
+        let Lists { start, item } = Lists::sorted(pattern.columns, entries);
+        let (row, place) = item.into_iter().unzip();
         (start, row, place)
     }
 }

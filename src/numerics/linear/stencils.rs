@@ -2,7 +2,7 @@
 //!
 //! An element (an edge, a triangle, a vertex with its ring) couples the vertices of its stencil. The
 //! place of every pair in the matrix is looked up once; the assembly then adds without searching.
-//! As in [`crate::parallel::patches`], rows are cut into blocks, each with the list of elements that
+//! As in [`crate::parallel::element_blocks`], rows are cut into blocks, each with the list of elements that
 //! touch it; an element on the border of two is computed in both, and the order of the sums does
 //! not depend on the number of threads.
 

@@ -11,6 +11,7 @@
 //! tree is cut into tasks depends on the pattern alone.
 
 use super::dissection::{Elimination, Graph, NONE};
+use super::lists::Lists;
 use super::panels::{fundamental, merged};
 use super::{BlockPattern, LinearError};
 use crate::num::{index, real};
@@ -51,20 +52,16 @@ pub(super) struct Supernodes {
     rank: Vec<u32>,
     /// First position of every supernode.
     begin: Vec<usize>,
-    row_start: Vec<usize>,
     /// Positions that it is coupled to, above its own, ascending.
-    row: Vec<u32>,
+    rows: Lists<u32>,
     /// Where these are in the front of the parent.
-    run: Vec<Run>,
-    run_start: Vec<usize>,
-    child_start: Vec<usize>,
-    child: Vec<u32>,
+    runs: Lists<Run>,
+    children: Lists<u32>,
     roots: Vec<u32>,
     first: Vec<u32>,
     /// Where its panel begins among the numbers of the factor.
     value_start: Vec<usize>,
-    entry_start: Vec<usize>,
-    entry: Vec<Entry>,
+    entries: Lists<Entry>,
     /// Whether its subtree is one task.
     serial: Vec<bool>,
     /// Numbers that F₂₂ takes, with those below it that are kept at the same time.
@@ -87,17 +84,13 @@ impl Supernodes {
             order: elimination.order,
             rank: elimination.rank,
             begin: groups.iter().map(|g| g.begin).collect(),
-            row_start: vec![0],
-            row: Vec::new(),
-            run: Vec::new(),
-            run_start: vec![0],
-            child_start: vec![0; count + 1],
-            child: Vec::new(),
+            rows: Lists::new(),
+            runs: Lists::new(),
+            children: Lists::new(),
             roots: Vec::new(),
             first: (0..count).map(index).collect(),
             value_start: vec![0],
-            entry_start: Vec::new(),
-            entry: Vec::new(),
+            entries: Lists::new(),
             serial: Vec::new(),
             room: vec![0; count],
         };
@@ -106,8 +99,7 @@ impl Supernodes {
             let columns = axes * (group.end - group.begin);
             let size = columns * (columns + axes * group.rows.len());
             all.value_start.push(all.value_start[all.value_start.len() - 1] + size);
-            all.row.extend(group.rows);
-            all.row_start.push(all.row.len());
+            all.rows.push(group.rows);
         }
         all.find_parents();
         all.find_tasks();
@@ -122,25 +114,18 @@ impl Supernodes {
         };
         let parent: Vec<u32> =
             (0..count).map(|s| self.rows(s).first().map_or(NONE, |&row| holder(row))).collect();
+        let inner = || (0..count).filter(|&s| parent[s] != NONE);
+        self.roots = (0..count).filter(|&s| parent[s] == NONE).map(index).collect();
         for s in 0..count {
-            if parent[s] == NONE {
-                self.roots.push(index(s));
-            } else {
-                self.child_start[parent[s] as usize + 1] += 1;
-                let runs = self.runs_within(s, parent[s] as usize);
-                self.run.extend(runs);
-            }
-            self.run_start.push(self.run.len());
+            let runs = match parent[s] {
+                NONE => Vec::new(),
+                parent => self.runs_within(s, parent as usize),
+            };
+            self.runs.push(runs);
         }
-        for s in 0..count {
-            self.child_start[s + 1] += self.child_start[s];
-        }
-        let mut next = self.child_start.clone();
-        self.child = vec![0; self.child_start[count]];
-        for s in (0..count).filter(|&s| parent[s] != NONE) {
+        self.children = Lists::sorted(count, || inner().map(|s| (parent[s] as usize, index(s))));
+        for s in inner() {
             let p = parent[s] as usize;
-            self.child[next[p]] = index(s);
-            next[p] += 1;
             self.first[p] = self.first[p].min(self.first[s]);
         }
     }
@@ -199,38 +184,26 @@ impl Supernodes {
             let (i, j) = (self.rank[i], self.rank[j as usize]);
             (i.min(j), i.max(j), i >= j)
         };
-        let mut start = vec![0usize; self.count() + 1];
-        for i in 0..pattern.rows() {
-            for &j in pattern.row(i) {
-                start[of[ends(i, j).0 as usize] as usize + 1] += 1;
-            }
-        }
-        for s in 0..self.count() {
-            start[s + 1] += start[s];
-        }
-        let mut next = start.clone();
-        let nothing = Entry { block: 0, row: 0, column: 0, upright: true };
-        let mut entry = vec![nothing; start[self.count()]];
-        for i in 0..pattern.rows() {
-            for (k, &j) in pattern.row(i).iter().enumerate() {
-                let (column, row, upright) = ends(i, j);
-                let s = of[column as usize] as usize;
-                let (begin, end) = (self.begin[s], self.begin[s + 1]);
-                let row = if (row as usize) < end {
-                    row as usize - begin
-                } else {
-                    end - begin + self.rows(s).partition_point(|&r| r < row)
-                };
-                entry[next[s]] = Entry {
-                    block: index(pattern.start(i) + k),
-                    row: index(row),
-                    column: index(column as usize - begin),
-                    upright,
-                };
-                next[s] += 1;
-            }
-        }
-        (self.entry_start, self.entry) = (start, entry);
+        let blocks = (0..pattern.rows())
+            .flat_map(|i| pattern.row(i).iter().enumerate().map(move |(k, &j)| (i, k, j)));
+        let entry = |(i, k, j): (usize, usize, u32)| {
+            let (column, row, upright) = ends(i, j);
+            let s = of[column as usize] as usize;
+            let (begin, end) = (self.begin[s], self.begin[s + 1]);
+            let row = if (row as usize) < end {
+                row as usize - begin
+            } else {
+                end - begin + self.rows(s).partition_point(|&r| r < row)
+            };
+            let entry = Entry {
+                block: index(pattern.start(i) + k),
+                row: index(row),
+                column: index(column as usize - begin),
+                upright,
+            };
+            (s, entry)
+        };
+        self.entries = Lists::sorted(self.count(), || blocks.clone().map(entry));
     }
 
     /// How many there are.
@@ -270,7 +243,7 @@ impl Supernodes {
 
     /// Rows below the panels before that of `s`.
     pub(super) fn rests_before(&self, s: usize) -> usize {
-        self.axes * self.row_start[s]
+        self.axes * self.rows.start[s]
     }
 
     /// Its own unknowns: columns of its panel.
@@ -280,22 +253,22 @@ impl Supernodes {
 
     /// Other unknowns of its front: rows of F₂₂.
     pub(super) fn rest(&self, s: usize) -> usize {
-        self.axes * (self.row_start[s + 1] - self.row_start[s])
+        self.axes * self.rows(s).len()
     }
 
     fn rows(&self, s: usize) -> &[u32] {
-        &self.row[self.row_start[s]..self.row_start[s + 1]]
+        self.rows.of(s)
     }
 
     /// Where the vertices of F₂₂ are in the front of the parent, ascending; nothing for a root. A run is
     /// either among the own unknowns of the parent or among the others.
     pub(super) fn runs(&self, s: usize) -> &[Run] {
-        &self.run[self.run_start[s]..self.run_start[s + 1]]
+        self.runs.of(s)
     }
 
     /// Its children, ascending.
     pub(super) fn children(&self, s: usize) -> &[u32] {
-        &self.child[self.child_start[s]..self.child_start[s + 1]]
+        self.children.of(s)
     }
 
     /// Those without a parent.
@@ -320,6 +293,6 @@ impl Supernodes {
 
     /// The blocks of the matrix that its panel begins with.
     pub(super) fn entries(&self, s: usize) -> &[Entry] {
-        &self.entry[self.entry_start[s]..self.entry_start[s + 1]]
+        self.entries.of(s)
     }
 }

@@ -9,6 +9,7 @@ use std::ops::Range;
 use nalgebra::{Matrix2, Matrix3, Vector2};
 use rayon::prelude::*;
 
+use super::lists::Lists;
 use super::{Block, BlockMatrix, BlockPattern};
 use crate::Vec3;
 use crate::num::index;
@@ -24,34 +25,18 @@ pub(super) struct FullRowPattern {
 impl FullRowPattern {
     /// Mirrors `pattern`.
     pub(super) fn new(pattern: &BlockPattern) -> Self {
-        let n = pattern.rows();
-        let mut start = vec![0; n + 1];
-        for i in 0..n {
-            start[i + 1] += pattern.row(i).len();
-            for &j in &pattern.row(i)[1..] {
-                start[j as usize + 1] += 1;
-            }
-        }
-        for i in 0..n {
-            start[i + 1] += start[i];
-        }
-        let mut next = start.clone();
-        let mut column = vec![0; start[n]];
-        let mut place = column.clone();
         // Rows above come first, so every row is filled in ascending order.
-        for i in 0..n {
-            for (k, &j) in pattern.row(i).iter().enumerate() {
-                let mut put = |row: usize, other: usize| {
-                    column[next[row]] = index(other);
-                    place[next[row]] = index(pattern.start(i) + k);
-                    next[row] += 1;
-                };
-                put(i, j as usize);
-                if j as usize != i {
-                    put(j as usize, i);
-                }
-            }
-        }
+        let blocks = || {
+            (0..pattern.rows()).flat_map(|i| {
+                pattern.row(i).iter().zip(pattern.start(i)..).flat_map(move |(&j, place)| {
+                    let mirrored = (j as usize != i).then_some((j as usize, i));
+                    let both = std::iter::once((i, j as usize)).chain(mirrored);
+                    both.map(move |(row, column)| (row, (index(column), index(place))))
+                })
+            })
+        };
+        let Lists { start, item } = Lists::sorted(pattern.rows(), blocks);
+        let (column, place) = item.into_iter().unzip();
         Self { start, column, place }
     }
 

@@ -26,7 +26,7 @@ const MOST_ITERATIONS: usize = 20;
 /// If F or its derivatives cannot be evaluated at the start.
 pub(super) fn make_consistent(
     problem: &mut dyn OdeProblem,
-    stored: &[bool],
+    differential: &[bool],
     (time, y): (f64, &mut [f64]),
     (options, atol): (&Options, &[f64]),
     newton: &mut Option<Shifted>,
@@ -41,11 +41,11 @@ pub(super) fn make_consistent(
             true => Ok(()),
             false => Err(error),
         };
-        if let Err(error) = problem.residual(time, &tried, &mut change) {
+        if let Err(error) = problem.rhs(time, &tried, &mut change) {
             return forgive(error.into());
         }
-        for (change, stored) in change.iter_mut().zip(stored) {
-            if *stored {
+        for (change, differential) in change.iter_mut().zip(differential) {
+            if *differential {
                 *change = 0.0;
             }
         }
@@ -60,7 +60,7 @@ pub(super) fn make_consistent(
                 newton.insert(Shifted::new(jacobian, options.linear, displacements)?)
             }
         };
-        let row = |i: usize| if stored[i] { (1.0, 0.0) } else { (0.0, 1.0) };
+        let row = |i: usize| if differential[i] { (1.0, 0.0) } else { (0.0, 1.0) };
         if newton.solve(jacobian, row, &mut change, &options.tally).is_err() {
             return Ok(());
         }

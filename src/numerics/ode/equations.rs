@@ -19,14 +19,14 @@ pub trait OdeProblem: Any + Send {
     /// Number of unknowns.
     fn unknowns(&self) -> usize;
 
-    /// Which rows have storage; `None` if all have.
-    fn stored(&self) -> Option<Vec<bool>>;
+    /// Which rows are differential equations, with a one in M; `None` if all are. The others are algebraic.
+    fn differential(&self) -> Option<Vec<bool>>;
 
     /// Writes F.
     ///
     /// # Errors
     /// If F cannot be evaluated there.
-    fn residual(&mut self, time: f64, y: &[f64], out: &mut [f64]) -> Result<(), Failure>;
+    fn rhs(&mut self, time: f64, y: &[f64], out: &mut [f64]) -> Result<(), Failure>;
 
     /// ∂F/∂y; the pattern is always the same.
     ///
@@ -51,7 +51,7 @@ pub(super) struct Equations {
 /// What the linear solver needs as well.
 pub(super) struct Shared {
     inner: Mutex<Inner>,
-    stored: Option<Vec<bool>>,
+    differential: Option<Vec<bool>>,
 }
 
 struct Inner {
@@ -74,7 +74,9 @@ impl Shared {
 
     /// The diagonal of M.
     fn mass(&self, i: usize) -> f64 {
-        self.stored.as_ref().map_or(1.0, |stored| if stored[i] { 1.0 } else { 0.0 })
+        self.differential
+            .as_ref()
+            .map_or(1.0, |differential| if differential[i] { 1.0 } else { 0.0 })
     }
 
     /// The product of `a M + b ∂F/∂y` with `x`, of the last ∂F/∂y.
@@ -108,11 +110,11 @@ pub(super) fn tolerances(problem: &OdeSolverProblem<Equations>) -> &[f64] {
 impl Equations {
     /// The equations of `problem` from `start`.
     pub(super) fn new(problem: Box<dyn OdeProblem>, start: Vec<f64>, context: Grouping) -> Self {
-        let stored = problem.stored();
+        let differential = problem.differential();
         let inner = Mutex::new(Inner { problem, error: None, failed_at: f64::NAN });
         Self {
             unknowns: start.len(),
-            shared: Arc::new(Shared { inner, stored }),
+            shared: Arc::new(Shared { inner, differential }),
             start: Mutex::new(start),
             nothing: Unknowns::zeros(0, context.clone()),
             context,
@@ -150,8 +152,8 @@ impl Equations {
     }
 
     /// Which rows have storage; `None` if all have.
-    pub(super) fn stored(&self) -> Option<&[bool]> {
-        self.shared.stored.as_deref()
+    pub(super) fn differential(&self) -> Option<&[bool]> {
+        self.shared.differential.as_deref()
     }
 
     fn evaluate(&self, y: &Unknowns, time: f64, out: &mut Unknowns) {
@@ -164,7 +166,7 @@ impl Equations {
             out.fill(f64::NAN);
             return;
         } else if y.iter().all(|y| y.is_finite()) {
-            shared.problem.residual(time, y, out).map_err(OdeError::from)
+            shared.problem.rhs(time, y, out).map_err(OdeError::from)
         } else {
             Err(OdeError::NotFinite)
         };
@@ -311,7 +313,7 @@ impl OdeEquations for Equations {
     }
 
     fn mass(&self) -> Option<Mass<'_>> {
-        self.shared.stored.is_some().then_some(Mass(self))
+        self.shared.differential.is_some().then_some(Mass(self))
     }
 
     fn root(&self) -> Option<Unused<'_>> {

@@ -29,7 +29,7 @@ self_cell!(
 pub struct Integration<P> {
     running: Running,
     options: Arc<Options>,
-    stored: Option<Vec<bool>>,
+    differential: Option<Vec<bool>>,
     newton: Option<Shifted>,
     kind: PhantomData<fn(P)>,
 }
@@ -48,13 +48,13 @@ impl<P: OdeProblem> Integration<P> {
         // diffsol keeps its own.
         let atol = std::mem::take(&mut options.atol);
         let options = Arc::new(options);
-        let (stored, mut newton) = (problem.stored(), None);
-        if let Some(stored) = &stored {
+        let (differential, mut newton) = (problem.differential(), None);
+        if let Some(differential) = &differential {
             let from = (time, start.as_mut_slice());
-            make_consistent(&mut problem, stored, from, (&options, &atol), &mut newton)?;
+            make_consistent(&mut problem, differential, from, (&options, &atol), &mut newton)?;
         }
         let running = begin(Box::new(problem), time, (start, atol), &options)?;
-        Ok(Self { running, options, stored, newton, kind: PhantomData })
+        Ok(Self { running, options, differential, newton, kind: PhantomData })
     }
 
     /// Restarts from `start` at `time`, to be integrated over about `span`.
@@ -63,11 +63,11 @@ impl<P: OdeProblem> Integration<P> {
     /// As for [`Integration::new`]; the integration can then be started again from elsewhere.
     pub fn restart(&mut self, time: f64, mut start: Vec<f64>, span: f64) -> Result<()> {
         let (options, newton) = (&self.options, &mut self.newton);
-        if let Some(stored) = &self.stored {
+        if let Some(differential) = &self.differential {
             self.running.with_dependent(|problem, _| {
                 let options = (&**options, tolerances(problem));
                 problem.eqn.with(|problem| {
-                    make_consistent(problem, stored, (time, &mut start), options, newton)
+                    make_consistent(problem, differential, (time, &mut start), options, newton)
                 })
             })?;
         }

@@ -168,9 +168,9 @@ impl<'a> Stepper<'a> {
             return Err(error);
         }
         let values = slope.inner_mut().as_mut_slice();
-        if let Some(stored) = problem.eqn.stored() {
-            for (value, stored) in values.iter_mut().zip(stored) {
-                if !stored {
+        if let Some(differential) = problem.eqn.differential() {
+            for (value, differential) in values.iter_mut().zip(differential) {
+                if !differential {
                     *value = 0.0;
                 }
             }

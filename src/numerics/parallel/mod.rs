@@ -4,7 +4,7 @@
 //! is taken over fixed blocks that are added in a fixed order. So the same input gives the same bits
 //! on one thread and on many. Nothing here allocates.
 
-pub mod patches;
+pub mod element_blocks;
 pub mod simd;
 pub mod vectors;
 

@@ -55,7 +55,7 @@ impl Key {
             return Err(error);
         }
         let over = key.set(value);
-        let target = Scene::targets_by(file, set, &over, OPTION)?.pop().unwrap_or_default();
+        let target = Scene::overridden_keys_by(file, set, &over, OPTION)?.pop().unwrap_or_default();
         if target == "sheet" || target.starts_with("sheet.") {
             let message = "it makes another mesh or another start, and a branch is one of equilibria on one mesh";
             let help = "rumple sweep runs the scene over such a key";

@@ -15,13 +15,13 @@
 //! as in a snap, nothing is announced until they agree again.
 
 mod cost;
-mod outlook;
 mod preview;
+mod run_forecast;
 mod step_sizes;
 pub mod words;
 
-pub(super) use outlook::{Clock, Prediction};
 pub use preview::{Preview, preview};
+pub(super) use run_forecast::{Clock, Prediction};
 
 use std::collections::VecDeque;
 

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::outlook::{Clock, Outlook};
+use super::run_forecast::{Clock, RunForecast};
 use super::step_sizes::next_output;
 use super::{Way, words};
 use crate::num::Short;
@@ -33,25 +33,25 @@ pub fn preview(scene: &Scene, simulation: &mut Simulation, budget: Duration) -> 
     let began = Instant::now();
     simulation.set_control(Control::new(move || began.elapsed() >= budget, |_| {}));
     let clock = Clock::start();
-    let (way, mut outlook) = match simulation.prepare() {
-        Ok(_) => (Way::of(scene), Outlook::new(scene, clock)),
+    let (way, mut forecast) = match simulation.prepare() {
+        Ok(_) => (Way::of(scene), RunForecast::new(scene, clock)),
         Err(error) => return gave_up(&error, "relaxing the start", budget),
     };
     loop {
-        let (steps, time, seconds) = outlook.reached();
+        let (steps, time, seconds) = forecast.reached();
         let after = format!("{steps} steps to time {}", Short(time));
         let made = format!("{after}, made in {}, without output", words::duration(seconds));
         if time >= way.until || way.max_steps.is_some_and(|most| steps >= most) {
             let because = format!("because the start was relaxed, and all {made}");
             return Preview { what: words::duration(seconds), because, predicted: None };
         }
-        let settled = |outlook: &Outlook| {
+        let settled = |forecast: &RunForecast| {
             let because = format!("from relaxing the start and the first {made}");
-            Some(Preview { what: outlook.words()?, because, predicted: outlook.predicted() })
+            Some(Preview { what: forecast.words()?, because, predicted: forecast.predicted() })
         };
         let target = next_output(&way, time);
         let spent = began.elapsed();
-        let known = spent >= budget.mul_f64(SPENT) && outlook.predicted().is_some();
+        let known = spent >= budget.mul_f64(SPENT) && forecast.predicted().is_some();
         let stepped = if known || spent >= budget {
             Err(Error::Solve(SolveError::Interrupted))
         } else {
@@ -60,7 +60,7 @@ pub fn preview(scene: &Scene, simulation: &mut Simulation, budget: Duration) -> 
         match stepped {
             Ok(report) => {
                 let time = simulation.state().time;
-                outlook.step(
+                forecast.step(
                     &report,
                     time,
                     time >= target || simulation.stepper.breakpoints.include(time),
@@ -68,7 +68,7 @@ pub fn preview(scene: &Scene, simulation: &mut Simulation, budget: Duration) -> 
             }
             Err(error) => {
                 let interrupted = matches!(error, Error::Solve(SolveError::Interrupted));
-                let known = interrupted.then(|| settled(&outlook)).flatten();
+                let known = interrupted.then(|| settled(&forecast)).flatten();
                 return known
                     .unwrap_or_else(|| gave_up(&error, &format!("the first {after}"), budget));
             }

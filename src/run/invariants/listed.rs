@@ -267,16 +267,16 @@ impl Invariants {
         stepper.workspace.reject(Rejection {
             step: before.step + 1,
             time: before.time,
-            length: report.step,
+            length: report.length,
             error: report.error,
             cause: Cause::Invariant,
             message: broken.to_string(),
         });
-        let longest = SHORTER * report.step;
-        let full = self.short.map_or(report.step, |short| short.full);
+        let longest = SHORTER * report.length;
+        let full = self.short.map_or(report.length, |short| short.full);
         self.short = Some(ShortSteps { longest, full });
         if !(longest >= (SHORTEST * full).max(ROUND_OFF * end)) {
-            return Err(Broken { step: Some(report.step), ..broken.clone() }.into());
+            return Err(Broken { step: Some(report.length), ..broken.clone() }.into());
         }
         Ok(before.time + longest)
     }

@@ -7,7 +7,7 @@ use serde_json::{Value as Json, json};
 
 use super::meaning::Meanings;
 use super::{numbers, table};
-use crate::document::{Key, Node, Place, Problem, Segment, Value};
+use crate::document::{DocumentError, Key, Node, Place, Segment, Value};
 use crate::scene::misplaced_key::Reader;
 
 /// What no key and no name is.
@@ -73,7 +73,7 @@ impl Probe {
     }
 
     /// What is wrong if `value` stands here, wherever it is wrong.
-    pub(super) fn problem(&self, value: Value) -> Option<Problem> {
+    pub(super) fn problem(&self, value: Value) -> Option<DocumentError> {
         let mut value = value;
         for step in self.steps.iter().rev() {
             value = match step {
@@ -89,7 +89,7 @@ impl Probe {
     }
 
     /// Whether a problem is about the value here itself, not about one inside or beside it.
-    pub(super) fn concerns(&self, problem: &Problem) -> bool {
+    pub(super) fn concerns(&self, problem: &DocumentError) -> bool {
         let path = problem.path();
         let same = |(step, segment): (&Step, &Segment)| match (step, segment) {
             (Step::Key(key, _), Segment::Key(name)) => key == name,

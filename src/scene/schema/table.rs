@@ -6,7 +6,7 @@ use serde_json::{Map, Value as Json, json};
 
 use super::meaning::Meanings;
 use super::probe::{Described, NOTHING, Probe, describe, table_of};
-use crate::document::{Problem, Value};
+use crate::document::{DocumentError, Value};
 
 /// Keys that name a kind, on which the other keys depend.
 const TAGS: [&str; 3] = ["kind", "method", "shape"];
@@ -51,7 +51,7 @@ fn text(text: &str) -> Value {
 }
 
 /// What is wrong with a table of these entries and one of a key that none has.
-fn refused(probe: &Probe, entries: &[Entry]) -> Option<Problem> {
+fn refused(probe: &Probe, entries: &[Entry]) -> Option<DocumentError> {
     let mut entries = entries.to_vec();
     entries.push((NOTHING.to_owned(), table_of(Vec::new())));
     probe.problem(table_of(entries))

@@ -108,7 +108,7 @@ impl<'a> Graph<'a> {
             let steps = if k % 2 == 0 { steps } else { [steps[1], steps[0]] };
             let (x, y) = corners[k];
             let [dx, dy] = [-x.signum() * steps[0] * width, -y.signum() * steps[1] * depth];
-            graph.fixed.push(graph.inside([x, y], [dx, dy], edge));
+            graph.fixed.push(graph.corner_vertex([x, y], [dx, dy], edge));
         }
         Ok(graph)
     }
@@ -122,14 +122,16 @@ impl<'a> Graph<'a> {
         })
     }
 
-    fn corner(&self, i: usize, j: usize) -> f64 {
+    /// Height at a node of the grid.
+    fn height_at_node(&self, i: usize, j: usize) -> f64 {
         self.table[j * (INTERVALS + 1) + i]
     }
 
     /// The point over (x, y), from the table.
     fn lift(&self, x: f64, y: f64) -> Vec3 {
         let [(i, s), (j, t)] = self.cell(x, y);
-        let row = |j: usize| (1.0 - s) * self.corner(i, j) + s * self.corner(i + 1, j);
+        let row =
+            |j: usize| (1.0 - s) * self.height_at_node(i, j) + s * self.height_at_node(i + 1, j);
         Vec3::new(x, y, (1.0 - t) * row(j) + t * row(j + 1))
     }
 
@@ -137,7 +139,7 @@ impl<'a> Graph<'a> {
     ///
     /// With an angle θ between the sides it is at 2 [`CORNER`] cos(θ/2) edges, as in a flat rectangle, but not nearer or
     /// farther than suits the two triangles there.
-    fn inside(&self, [x, y]: [f64; 2], [dx, dy]: [f64; 2], edge: f64) -> Vec3 {
+    fn corner_vertex(&self, [x, y]: [f64; 2], [dx, dy]: [f64; 2], edge: f64) -> Vec3 {
         let corner = self.lift(x, y);
         let along = [self.lift(x + dx, y), self.lift(x, y + dy)].map(|p| (p - corner).normalize());
         let distance = CORNER * (along[0] + along[1]).norm();
@@ -149,8 +151,8 @@ impl<'a> Graph<'a> {
     /// Slopes along x and y.
     fn slopes(&self, x: f64, y: f64) -> [f64; 2] {
         let [(i, s), (j, t)] = self.cell(x, y);
-        let along_x = |j: usize| self.corner(i + 1, j) - self.corner(i, j);
-        let along_y = |i: usize| self.corner(i, j + 1) - self.corner(i, j);
+        let along_x = |j: usize| self.height_at_node(i + 1, j) - self.height_at_node(i, j);
+        let along_y = |i: usize| self.height_at_node(i, j + 1) - self.height_at_node(i, j);
         let step = self.half.map(|half| 2.0 * half / real(INTERVALS));
         [
             ((1.0 - t) * along_x(j) + t * along_x(j + 1)) / step[0],

@@ -7,38 +7,38 @@ use crate::run::{Error, Result};
 use crate::scene::{Scene, path_to};
 
 /// Overrides of the first values of `axes`, and the keys that `set` and they set.
-fn targets(
+fn overridden_keys(
     scene: &Path,
     set: &[String],
     axes: &[Axis],
 ) -> Result<(Vec<String>, Vec<String>, Vec<String>)> {
     let over: Vec<String> = axes.iter().flat_map(|axis| axis.overrides(0)).collect();
-    let mut given = Scene::targets(scene, set, &over)?;
+    let mut given = Scene::overridden_keys(scene, set, &over)?;
     let varied = given.split_off(set.len());
     Ok((over, given, varied))
 }
 
 /// Refuses keys of which one sets what another sets too.
 pub(super) fn check_keys(scene: &Path, set: &[String], axes: &[Axis]) -> Result<()> {
-    let (over, given, varied) = targets(scene, set, axes)?;
+    let (over, given, varied) = overridden_keys(scene, set, axes)?;
     let inside = |rest: &str| rest.is_empty() || rest.starts_with(['.', '[']);
     let within = |inner: &str, outer: &str| inner.strip_prefix(outer).is_some_and(inside);
     let key = |text: &str| text.split('=').next().unwrap_or_default().trim().to_owned();
     let refuse = |message: String| Err(Error::Refused(message));
-    for (k, target) in varied.iter().enumerate() {
+    for (k, own_key) in varied.iter().enumerate() {
         let own = key(&over[k]);
         for (earlier, other) in varied[..k].iter().zip(&over) {
-            if target == earlier {
+            if own_key == earlier {
                 return refuse(format!(
-                    "--over sets {target} twice; give it once, with all values"
+                    "--over sets {own_key} twice; give it once, with all values"
                 ));
             }
-            if within(target, earlier) || within(earlier, target) {
+            if within(own_key, earlier) || within(earlier, own_key) {
                 let what = "clash: one is inside the other";
                 return refuse(format!("--over {} and --over {own} {what}", key(other)));
             }
         }
-        if let Some(given) = given.iter().position(|given| within(given, target)) {
+        if let Some(given) = given.iter().position(|given| within(given, own_key)) {
             let what = "clash: what --set gives would be lost; leave out --set";
             return refuse(format!("--set {} and --over {own} {what}", set[given]));
         }
@@ -54,15 +54,15 @@ pub(super) fn disambiguate_titles(scene: &Path, set: &[String], axes: &mut [Axis
     if !shorts.iter().any(|short| twice(&shorts, short)) {
         return Ok(());
     }
-    let (over, _, varied) = targets(scene, set, axes)?;
+    let (over, _, varied) = overridden_keys(scene, set, axes)?;
     let scene = Scene::varied(scene, set, &over)?;
-    let mut targets = varied.into_iter();
+    let mut keys = varied.into_iter();
     let mut titles: Vec<String> = Vec::new();
     for axis in &*axes {
         // One path a key, but for seeds and settings.
-        let mut own = targets.by_ref().take(axis.overrides(0).count());
-        let effect = own.next().and_then(|target| {
-            let (number, _) = target.strip_prefix("effect[")?.split_once(']')?;
+        let mut own = keys.by_ref().take(axis.overrides(0).count());
+        let effect = own.next().and_then(|key| {
+            let (number, _) = key.strip_prefix("effect[")?.split_once(']')?;
             Some(scene.effects.get(number.parse::<usize>().ok()?)?.name())
         });
         own.for_each(drop);

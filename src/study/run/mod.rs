@@ -133,7 +133,7 @@ pub fn run(
             record(&scene, &simulation, &directory)?;
         }
         // Of one that is resumed, results up to the checkpoint are kept.
-        let kept = from.as_ref().map(Checkpoint::frames).unwrap_or_default();
+        let kept = from.as_ref().map(Checkpoint::frame_times).unwrap_or_default();
         let mut limit = TimeLimit::watch(point.limit, scene.time.span.until.get(), interrupt);
         let mut record = Record::open(plan, &directory, kept)?;
         let observers: &mut [&mut dyn Observer] = &mut [&mut limit, &mut record];
@@ -169,7 +169,7 @@ fn continued(plan: &Plan, path: &Path, search: &Search) -> Option<(ResultDirecto
     let directory = ResultDirectory::reopen(path).ok()?;
     let resumed = resume(&directory, None, search).ok()?;
     // Its measures are known by the times of frames; a point has none.
-    if resumed.checkpoint.frames().is_empty() {
+    if resumed.checkpoint.frame_times().is_empty() {
         return None;
     }
     directory.claim().begin().ok()?;

@@ -47,7 +47,7 @@ use crate::geometry::{AreaRule, Conditions, Shape, VertexArea, angle_at};
 use crate::linear::BlockMatrix;
 use crate::num::real;
 use crate::parallel;
-use crate::parallel::patches::F64x4;
+use crate::parallel::element_blocks::F64x4;
 use crate::sheet::Sheet;
 
 /// The derivatives of the energy by what a vertex gathers from its triangles.
@@ -135,7 +135,7 @@ impl MeyerBending {
     /// Fills [`MeyerWork::gathered`] at the shape.
     fn gather(&self, shape: &Shape<'_>, gathered: &mut Vec<[f64; 5]>) {
         gathered.resize(shape.x.len(), [0.0; 5]);
-        let patches = shape.sheet.triangle_patches();
+        let blocks = shape.sheet.triangle_blocks();
         let kernel = Gather { bending: self, shape: *shape };
         if self.has_angle_terms() {
             let write =
@@ -143,12 +143,12 @@ impl MeyerBending {
                  [F64x4([x, y, z, area]), F64x4([angles, ..])]: &[F64x4; 2]| {
                     *place = [*x, *y, *z, *area, *angles];
                 };
-            patches.accumulate::<2, _>(&kernel, gathered, write);
+            blocks.accumulate::<2, _>(&kernel, gathered, write);
         } else {
             let write = |place: &mut [f64; 5], [F64x4([x, y, z, area])]: &[F64x4; 1]| {
                 *place = [*x, *y, *z, *area, 0.0];
             };
-            patches.accumulate::<1, _>(&kernel, gathered, write);
+            blocks.accumulate::<1, _>(&kernel, gathered, write);
         }
     }
 

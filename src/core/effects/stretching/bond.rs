@@ -28,7 +28,7 @@ use crate::effects::{Coupling, Elasticity, Energy, HessianPart, Values};
 use crate::geometry::{Conditions, Shape};
 use crate::linear::{BlockMatrix, LazyStencils};
 use crate::parallel;
-use crate::parallel::patches::{Corners, F64x4, Group, Kernel};
+use crate::parallel::element_blocks::{Corners, F64x4, Group, Kernel};
 use crate::parallel::simd::{Lanes, Lanes3, Simd};
 use crate::sheet::Edge;
 
@@ -146,11 +146,11 @@ impl Energy for BondStretching {
     ) -> f64 {
         let kernel =
             Bonds { x: shape.x, length: shape.metric.length(), stiffness: &work.stiffness };
-        let patches = shape.sheet.edge_patches();
+        let blocks = shape.sheet.edge_blocks();
         match gradient {
-            None => patches.total(&kernel),
+            None => blocks.total(&kernel),
             Some(gradient) => {
-                patches.accumulate(&kernel, gradient, |g, [F64x4([x, y, z, _])]: &[F64x4; 1]| {
+                blocks.accumulate(&kernel, gradient, |g, [F64x4([x, y, z, _])]: &[F64x4; 1]| {
                     *g += Vec3::new(*x, *y, *z);
                 })
             }

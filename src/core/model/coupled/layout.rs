@@ -2,10 +2,9 @@
 
 use std::borrow::Cow;
 
-use super::super::rigid::minimal_pins;
+use super::super::rigid::{minimal_pins, unhindered_at_rest};
 use super::super::{Mechanics, Model, State};
 use super::Part;
-use super::unhindered::unhindered;
 use crate::Vec3;
 use crate::num::index;
 
@@ -33,7 +32,7 @@ impl Layout {
         let mut pins = Cow::Borrowed(mechanics.pins());
         if moves && still {
             // Without storage the rows of forces say nothing about these.
-            let motions = unhindered(mechanics);
+            let motions = unhindered_at_rest(mechanics);
             for (vertex, axis) in minimal_pins(&motions, &pins) {
                 pins.to_mut()[vertex][axis] = true;
             }

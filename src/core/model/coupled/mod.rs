@@ -12,7 +12,6 @@
 
 mod jacobian;
 mod layout;
-mod unhindered;
 
 pub use layout::Layout;
 

@@ -10,6 +10,7 @@
 //! computed, and not the branch.
 
 use super::{Direction, Unknowns};
+use crate::geometry::{face_areas, lumped_areas};
 use crate::parallel;
 use crate::reduction::Reduction;
 use crate::sheet::Sheet;
@@ -25,20 +26,6 @@ pub(super) struct Metric {
     reduction: Reduction,
 }
 
-/// The rest areas of the vertices, a third of those of the triangles around them, and of the triangles.
-fn rest_areas(sheet: &Sheet) -> [Vec<f64>; 2] {
-    let area = |triangle: &[u32; 3]| {
-        let [a, b, c] = triangle.map(|v| sheet.rest()[v as usize]);
-        0.5 * (b - a).cross(&(c - a)).norm()
-    };
-    let faces: Vec<f64> = sheet.triangles().iter().map(area).collect();
-    let mut vertices = vec![0.0; sheet.vertex_count()];
-    for (triangle, area) in sheet.triangles().iter().zip(&faces) {
-        triangle.iter().for_each(|v| vertices[*v as usize] += area / 3.0);
-    }
-    [vertices, faces]
-}
-
 impl Metric {
     /// On `sheet` with L = `length` and Λ = `scale`, and for species of these typical magnitudes at so many points each.
     pub(super) fn new(
@@ -47,7 +34,8 @@ impl Metric {
         (typical, points): (&[f64], usize),
     ) -> Self {
         let reduction = sheet.reduction();
-        let [vertices, faces] = rest_areas(sheet);
+        let vertices = lumped_areas(sheet);
+        let faces = face_areas(sheet, sheet.rest());
         let shares = |areas: Vec<f64>| {
             let total = reduction.sum(areas.len(), |i| areas[i]);
             // A point has no area.

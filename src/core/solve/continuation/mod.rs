@@ -48,6 +48,7 @@ pub use self::unknowns::{Direction, Unknowns};
 use super::SolveError;
 use super::stability::Mode;
 use crate::effects::EnergyTerm;
+use crate::geometry;
 use crate::model::{Mechanics, Potential};
 
 /// The potentials U(x; λ) of one sheet: the same effects, fixed directions and vertices at every λ.
@@ -92,11 +93,7 @@ impl Settings {
     #[must_use]
     pub fn over(range: RangeInclusive<f64>, mechanics: &Mechanics) -> Self {
         let sheet = mechanics.sheet();
-        let area = |t: usize| {
-            let [a, b, c] = sheet.triangles()[t].map(|v| sheet.rest()[v as usize]);
-            0.5 * (b - a).cross(&(c - a)).norm()
-        };
-        let area = sheet.reduction().sum(sheet.triangle_count(), area);
+        let area = geometry::area(sheet, sheet.rest());
         let [first_step, longest_step, least_step] = Self::STEPS;
         // A point has no area, and no shape.
         let length = if area > 0.0 { SHARE * area.sqrt() } else { 1.0 };

@@ -1,7 +1,7 @@
 //! The gauge of a relaxation: rigid motions that neither pins nor forces hinder.
 //!
 //! ```text
-//! V  the free rigid motions v = t + ω × x with |v·∂U/∂x| as good as 0, orthonormal
+//! V  the unhindered rigid motions v = t + ω × x (`model/rigid/unhindered.rs`), orthonormal
 //! P = 1 - V Vᵀ                      steps are taken in the range of P: x does not drift
 //! d = -P (A + k Σ e eᵀ)⁻¹ P ∂U/∂x   as many directions e as there are motions
 //! ```
@@ -13,21 +13,15 @@
 //! matrix above is the pseudo-inverse of A, whichever directions are taken, and no force acts on the
 //! sheet: shape and energy are those of any other gauge.
 //!
-//! A motion along which a force acts is not free: a load turns a sheet that hangs from one vertex.
-
-use nalgebra::DVector;
+//! A motion along which a force acts is not among them: a load turns a sheet that hangs from one vertex.
 
 use super::Goal;
 use crate::Vec3;
 use crate::linear::BlockMatrix;
-use crate::model::{Motion, Potential, free_motions, minimal_pins};
+use crate::model::{Motion, Potential, minimal_pins, undriven, unhindered};
 use crate::parallel;
 use crate::record::Malformed;
 use crate::reduction::Reduction;
-
-/// A motion is hindered if the force along it, shared by all vertices, exceeds this share of the
-/// tolerance: it would then keep a relaxation from its end.
-const HINDERED: f64 = 0.1;
 
 /// The unhindered rigid motions of one shape.
 #[derive(Debug, Default)]
@@ -42,37 +36,41 @@ impl Gauge {
     /// Of a relaxation towards `goal`. The pull of an anchor hinders every motion, but where the sheet floats the small
     /// viscosity along a path of equilibria hinders none.
     pub(super) fn of(
-        potential: &Potential,
+        potential: &mut Potential,
         x: &[Vec3],
         gradient: &[Vec3],
         goal: &Goal<'_>,
     ) -> Self {
-        let gauge = || Self::new(potential, x, gradient, goal.tolerance);
         match (potential.anchor().is_some(), goal.floats && goal.trust.is_some()) {
-            (false, _) => gauge(),
+            (false, _) => Self::new(potential, x, gradient, goal.tolerance),
             // The viscosity supports the matrix, the same in all directions.
-            (true, true) => Self { springs: Vec::new(), ..gauge() },
+            (true, true) => {
+                let (motions, _) = undriven(potential, x, gradient, goal.tolerance);
+                Self { springs: Vec::new(), ..Self::along(motions, potential) }
+            }
             (true, false) => Self::default(),
         }
     }
 
     /// For `x`, where the gradient of the energy is `gradient` and counts as 0 below `tolerance`.
     pub(in crate::solve) fn new(
-        potential: &Potential,
+        potential: &mut Potential,
         x: &[Vec3],
         gradient: &[Vec3],
         tolerance: f64,
     ) -> Self {
-        let pins = potential.pins();
-        let (mut motions, _) = free_motions(x, pins, potential.reduction(), |_| 1.0);
-        let limit = HINDERED * tolerance * potential.force_scale();
-        remove_hindered(&mut motions, gradient, limit, potential.reduction());
+        let motions = unhindered(potential, x, gradient, tolerance);
+        Self::along(motions, potential)
+    }
+
+    /// For these motions.
+    fn along(motions: Vec<Motion>, potential: &Potential) -> Self {
+        let (pins, reduction) = (potential.pins(), potential.reduction());
         // The first rank supports the sheet for all.
-        let owned = &pins[..potential.reduction().owned(pins.len())];
-        let first = potential.reduction().is_first();
-        let springs = if first { minimal_pins(&motions, owned) } else { Vec::new() };
+        let owned = &pins[..reduction.owned(pins.len())];
+        let springs = if reduction.is_first() { minimal_pins(&motions, owned) } else { Vec::new() };
         let motions = motions.into_iter().map(|motion| motion.shape).collect();
-        Self { motions, springs, reduction: potential.reduction().clone() }
+        Self { motions, springs, reduction: reduction.clone() }
     }
 
     /// Supports `matrix`, which is to be inverted, by springs of this `stiffness`.
@@ -126,37 +124,4 @@ impl Gauge {
     pub(super) fn release(&mut self) {
         self.motions.clear();
     }
-}
-
-/// Takes the one combination of `motions` out along which `gradient` acts, if its force on a vertex
-/// is above `limit`.
-fn remove_hindered(
-    motions: &mut Vec<Motion>,
-    gradient: &[Vec3],
-    limit: f64,
-    reduction: &Reduction,
-) {
-    let count = motions.len();
-    let along = DVector::from_fn(count, |k, _| reduction.dot(&motions[k].shape, gradient));
-    let size = along.norm();
-    // The largest velocity is some 1/√n.
-    if !(size > limit * reduction.count(gradient.len()).sqrt()) {
-        return;
-    }
-    // A Householder reflection turns the last axis into that combination; the others stay free.
-    let mut normal = along / size;
-    let last = count - 1;
-    let sign = if normal[last] < 0.0 { -1.0 } else { 1.0 };
-    normal[last] += sign;
-    let scale = 2.0 / normal.norm_squared();
-    let kept = (0..last).map(|k| {
-        let mut turned = motions[k].clone();
-        for (other, share) in motions.iter().zip(normal.iter()) {
-            let share = scale * normal[k] * share;
-            turned.parameters -= share * other.parameters;
-            parallel::update(&mut turned.shape, |i, v| *v -= share * other.shape[i]);
-        }
-        turned
-    });
-    *motions = kept.collect();
 }

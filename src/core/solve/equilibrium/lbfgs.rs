@@ -48,6 +48,18 @@ const MORE_SHIFT: (f64, f64) = (1e-6, 100.0);
 /// A shift that was this large and gave no step is not enlarged any more.
 const MOST_SHIFT: f64 = 1.0;
 
+/// Whether there is a factor, and how it is made and kept.
+#[derive(Debug, Clone, Copy)]
+struct FactorState {
+    ready: bool,
+    /// Least weight of the anchor that it was made with.
+    weight: f64,
+    /// Diagonal shift, in mean diagonals.
+    shift: f64,
+    /// Iterations after which it is renewed.
+    refresh: usize,
+}
+
 /// Preconditioned L-BFGS for one sheet.
 pub struct Lbfgs {
     options: LbfgsSpec,
@@ -57,17 +69,12 @@ pub struct Lbfgs {
     inverse: HessianInverse,
     /// Belongs to the factor.
     gauge: Gauge,
-    factored: bool,
+    factor: FactorState,
     made: Made,
     /// Whether the pattern has pairs that are coupled at the moment.
     of_the_moment: bool,
-    /// Least weight of the anchor that the factor was made with.
-    weight: f64,
     /// Whether drag supports the softest waves.
     supported: bool,
-    /// Iterations after which the factor is renewed.
-    refresh: usize,
-    shift: f64,
     try_full_below: f64,
     history: History,
     /// Vertices of collapsed triangles, fixed.
@@ -93,13 +100,15 @@ impl Lbfgs {
             kind,
             inverse: HessianInverse::new(kind, options.precision, &pattern, mechanics)?,
             gauge: Gauge::default(),
-            factored: false,
+            factor: FactorState {
+                ready: false,
+                weight: 0.0,
+                shift: SHIFT,
+                refresh: iteration::REFRESH.1,
+            },
             made: Made::default(),
             of_the_moment: false,
-            weight: 0.0,
             supported: false,
-            refresh: iteration::REFRESH.1,
-            shift: SHIFT,
             try_full_below: NEARLY_AT_REST,
             history: History::new(
                 mechanics.is_planar(),
@@ -128,12 +137,12 @@ impl Lbfgs {
             potential.anchor().map_or(0.0, |anchor| anchor.weights.least(potential.reduction()));
         let unit = potential.force_scale() / potential.metric().mean_edge() + weight;
         // What has been learnt is forgotten only where no step was found with it.
-        if (self.factored && self.inverse.is_matrix_free()) || self.inverse.reset_learnt(unit) {
-            self.factored = true;
+        if (self.factor.ready && self.inverse.is_matrix_free()) || self.inverse.reset_learnt(unit) {
+            self.factor.ready = true;
             self.history.clear();
             return Ok(());
         }
-        self.factored = false;
+        self.factor.ready = false;
         for part in [HessianPart::Full, HessianPart::Positive] {
             let plain = self.inverse.is_vertexwise() || self.inverse.assumes_positive_definite();
             if part == HessianPart::Full && (plain || residual > self.try_full_below) {
@@ -162,17 +171,17 @@ impl Lbfgs {
         let terms = potential.low_rank(x, part);
         let unit = self.matrix.mean_diagonal();
         self.gauge.support(&mut self.matrix, unit);
-        self.matrix.add_diagonal(self.shift * unit);
+        self.matrix.add_diagonal(self.factor.shift * unit);
         if self.inverse.is_additive() {
             self.matrix.pin(&potential.sheet().outermost(), unit);
         }
-        self.factored = self.inverse.factorise(&self.matrix, terms, x, insist).is_ok();
-        if self.factored {
+        self.factor.ready = self.inverse.factorise(&self.matrix, terms, x, insist).is_ok();
+        if self.factor.ready {
             let x = if self.inverse.reads_shape() { x } else { &[] };
             self.made = Made { x: x.to_vec(), insist };
             self.history.clear();
         }
-        Ok(self.factored)
+        Ok(self.factor.ready)
     }
 
     /// Whether the whole Hessian at `x` is positive besides free rigid motions, where a factor can tell; it
@@ -187,7 +196,7 @@ impl Lbfgs {
         let mut gradient = vec![Vec3::zeros(); x.len()];
         potential.energy_gradient(x, &mut gradient);
         self.gauge = Gauge::new(potential, x, &gradient, self.options.tolerance.get());
-        (self.factored, self.shift, self.weight) = (false, SHIFT, 0.0);
+        (self.factor.ready, self.factor.shift, self.factor.weight) = (false, SHIFT, 0.0);
         self.factorise(potential, x, HessianPart::Full, false).ok()
     }
 
@@ -202,7 +211,7 @@ impl Lbfgs {
             let _scope = Linear::of(mechanics.tally()).factors.kept();
             self.inverse = HessianInverse::new(kind, precision, &pattern, mechanics)?;
             self.kind = kind;
-            self.factored = false;
+            self.factor.ready = false;
         }
         if other {
             self.matrix = BlockMatrix::zeros(pattern);
@@ -237,7 +246,7 @@ impl Lbfgs {
 
     /// Enlarges the shift for the next factor.
     fn stiffen(&mut self) {
-        self.shift = (self.shift * MORE_SHIFT.1).clamp(MORE_SHIFT.0, MOST_SHIFT);
+        self.factor.shift = (self.factor.shift * MORE_SHIFT.1).clamp(MORE_SHIFT.0, MOST_SHIFT);
     }
 
     /// Whether Newton's method can take over: its factor is affordable and wanted, and it holds no vertices.

@@ -36,6 +36,7 @@ use super::low_rank::LowRankUpdate;
 use super::{Control, SolveError};
 use crate::Vec3;
 use crate::effects::{HessianPart, LowRank};
+use crate::geometry::lumped_areas;
 use crate::linear::{BlockLdlt, BlockMatrix, LinearError, LinearSolver};
 use crate::model::{Mechanics, Potential};
 use crate::num::real;
@@ -118,17 +119,9 @@ impl Stability {
     /// Those of `analyse`.
     pub fn solved_by(mechanics: &Mechanics, analyse: Analyse) -> Result<Self, SolveError> {
         let sheet = mechanics.sheet();
-        let mut mass = vec![0.0; sheet.vertex_count()];
-        for triangle in sheet.triangles() {
-            let [a, b, c] = triangle.map(|v| sheet.rest()[v as usize]);
-            let area = 0.5 * (b - a).cross(&(c - a)).norm();
-            for v in triangle {
-                mass[*v as usize] += area / 3.0;
-            }
-        }
         let pattern = mechanics.pattern();
         Ok(Self {
-            mass,
+            mass: lumped_areas(sheet),
             matrix: BlockMatrix::zeros(Arc::clone(pattern)),
             shifted: BlockMatrix::zeros(Arc::clone(pattern)),
             solver: analyse(pattern)?,

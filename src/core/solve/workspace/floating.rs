@@ -9,18 +9,10 @@
 //!
 //! nor does the limit of vanishing drag. A shape that a minimisation has found is moved rigidly to where this holds.
 
-use nalgebra::Vector6;
-
 use super::super::Result;
 use super::Workspace;
 use crate::Vec3;
-use crate::model::{Anchor, Drag, Potential, State, align, free_motions, move_rigidly};
-
-/// A motion is free if the forces after a rigid displacement do no more work along it than this share of the tolerance at
-/// every vertex.
-const FREE: f64 = 1e-3;
-/// That displacement along every motion, in mean edges: what is at rest where it is, on a foundation say, is not free.
-const DISPLACEMENT: f64 = 0.1;
+use crate::model::{Anchor, Drag, Potential, State, align, floats};
 
 /// Whether the sheet floats in this step, once that is known.
 #[derive(Default)]
@@ -74,33 +66,4 @@ impl Workspace {
         state.x = x.into();
         Ok(())
     }
-}
-
-/// Whether the sheet can be moved rigidly, as pins let it, from `x` without forces above the `tolerance`.
-fn floats(potential: &mut Potential, x: &[Vec3], tolerance: f64) -> bool {
-    let reduction = potential.reduction().clone();
-    let edge = potential.metric().mean_edge();
-    let (motions, radius) = free_motions(x, potential.pins(), &reduction, |_| 1.0);
-    let mechanics = potential.mechanics();
-    // Obstacles exert no force until they are touched, and then push the whole sheet.
-    if motions.is_empty() || mechanics.has_prescribed() || mechanics.meets_obstacles() {
-        return false;
-    }
-    let mut parameters: Vector6<f64> = motions.iter().map(|motion| motion.parameters).sum();
-    parameters *= DISPLACEMENT * edge / parameters.norm();
-    let mut moved = x.to_vec();
-    move_rigidly(&mut moved, &parameters, radius, &reduction);
-    let (motions, _) = free_motions(&moved, potential.pins(), &reduction, |_| 1.0);
-    // Pins that let a motion begin may hinder it further on.
-    let held = (0..x.len()).any(|i| {
-        let (pin, d) = (potential.pins()[i], moved[i] - x[i]);
-        (0..3).any(|a| pin[a] && d[a].abs() > 1e-12 * radius)
-    });
-    if reduction.any(held) {
-        return false;
-    }
-    let mut gradient = vec![Vec3::zeros(); x.len()];
-    potential.energy_gradient(&moved, &mut gradient);
-    let limit = FREE * tolerance * potential.force_scale() * reduction.count(x.len()).sqrt();
-    motions.iter().all(|motion| reduction.dot(&motion.shape, &gradient).abs() <= limit)
 }

@@ -50,7 +50,7 @@ use crate::effects::{Elasticity, Energy, Material, Values};
 use crate::geometry::{Conditions, Shape};
 use crate::num::real;
 use crate::parallel;
-use crate::parallel::patches::F64x4;
+use crate::parallel::element_blocks::F64x4;
 use crate::sheet::Sheet;
 
 /// Share of hinges at ν = 0.
@@ -402,5 +402,5 @@ fn gather_normals(shape: &Shape<'_>, normals: &mut Vec<Vec3>) {
     normals.resize(shape.x.len(), Vec3::zeros());
     let write =
         |place: &mut Vec3, [F64x4([x, y, z, _])]: &[F64x4; 1]| *place = Vec3::new(*x, *y, *z);
-    shape.sheet.triangle_patches().accumulate::<1, _>(&Normals { x: shape.x }, normals, write);
+    shape.sheet.triangle_blocks().accumulate::<1, _>(&Normals { x: shape.x }, normals, write);
 }

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::{MeyerBending, VertexDerivatives};
 use crate::Vec3;
 use crate::geometry::{AreaRule, Shape};
-use crate::parallel::patches::{Corners, F64x4, Group, Kernel};
+use crate::parallel::element_blocks::{Corners, F64x4, Group, Kernel};
 use crate::parallel::simd::{LANES, Lanes, Lanes3, Simd, angle};
 
 /// Four triangles: edges `e_k` opposite corner k, unit normals, twice the areas.
@@ -186,7 +186,7 @@ pub(super) struct Gradient<'a, const ANGLES: bool, const NORMALS: bool> {
 impl<const ANGLES: bool, const NORMALS: bool> Gradient<'_, ANGLES, NORMALS> {
     pub(super) fn add_to(&self, gradient: &mut [Vec3]) {
         let write = |g: &mut Vec3, [F64x4([x, y, z, _])]: &[F64x4; 1]| *g += Vec3::new(*x, *y, *z);
-        self.shape.sheet.triangle_patches().accumulate(self, gradient, write);
+        self.shape.sheet.triangle_blocks().accumulate(self, gradient, write);
     }
 }
 

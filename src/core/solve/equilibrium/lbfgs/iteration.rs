@@ -141,7 +141,7 @@ impl Lbfgs {
                     continue;
                 }
             }
-            if !self.factored || at.age >= self.refresh {
+            if !self.factor.ready || at.age >= self.factor.refresh {
                 self.renew(potential, x, goal, (&rules, &mut at))?;
             }
             let slope = self.descent_direction(potential.reduction(), &mut at);
@@ -213,7 +213,7 @@ impl Lbfgs {
         if at.age == 0 {
             self.stiffen();
         }
-        self.factored = false;
+        self.factor.ready = false;
         false
     }
 
@@ -228,9 +228,9 @@ impl Lbfgs {
         self.supported = anchor.is_some() && goal.trust.is_none();
         let unit = potential.force_scale() / potential.metric().mean_edge();
         let floor = if goal.trust.is_some() { NO_WEIGHT * unit } else { 0.0 };
-        let ratio = (weight + floor) / (self.weight + floor);
-        let fits = weight == self.weight || ratio.ln().abs() <= OTHER_WEIGHT.ln();
-        self.factored &= fits;
+        let ratio = (weight + floor) / (self.factor.weight + floor);
+        let fits = weight == self.factor.weight || ratio.ln().abs() <= OTHER_WEIGHT.ln();
+        self.factor.ready &= fits;
         // Pairs from another rest metric would mix two energies.
         self.history.clear();
         Rules {
@@ -256,9 +256,9 @@ impl Lbfgs {
         self.keep_marked();
         self.gauge = Gauge::of(potential, x, &at.gradient, goal);
         self.refactor(potential, x, at.done.residual)?;
-        self.weight = rules.weight;
-        at.stiffest = self.shift >= MOST_SHIFT || self.inverse.is_matrix_free();
-        self.shift = (0.1 * self.shift).max(SHIFT);
+        self.factor.weight = rules.weight;
+        at.stiffest = self.factor.shift >= MOST_SHIFT || self.inverse.is_matrix_free();
+        self.factor.shift = (0.1 * self.factor.shift).max(SHIFT);
         let small = potential.reduction().count(x.len()) <= real(SMALL);
         let far = small && at.done.residual > NEARLY_AT_REST;
         let usual = match (self.inverse.is_vertexwise(), far) {
@@ -267,7 +267,7 @@ impl Lbfgs {
             (false, true) => REFRESH.0,
             (false, false) => REFRESH.1,
         };
-        self.refresh = self.options.refresh.map_or(usual, AtLeast::get);
+        self.factor.refresh = self.options.refresh.map_or(usual, AtLeast::get);
         (at.halvings, at.age) = (0, 0);
         Ok(())
     }

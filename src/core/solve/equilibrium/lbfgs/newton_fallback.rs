@@ -36,7 +36,7 @@ impl Equilibrium for Lbfgs {
                 return Err(stalled(&done, goal));
             }
             // The factor belongs to a shape that is left behind.
-            self.factored = false;
+            self.factor.ready = false;
             let left = goal.max_iterations.saturating_sub(done.iterations);
             let left = Goal { max_iterations: left.min(handed_over(round)), ..*goal };
             let area_share = self.options.area_share;

@@ -3,35 +3,31 @@
 //! The matrix is copied only where a new one is about to take its place; its factor is recomputed where a
 //! step has failed, as from a checkpoint.
 
-use super::Lbfgs;
+use super::{FactorState, Lbfgs};
 use crate::model::Mechanics;
 use crate::record::Record;
 
 /// Where a step began.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Mark {
-    factored: bool,
-    weight: f64,
-    shift: f64,
-    refresh: usize,
+    factor: FactorState,
     /// All of it; where steps teach nothing, only once the factor goes.
     record: Option<Record>,
 }
 
 impl Lbfgs {
     pub(super) fn set_mark(&mut self) {
-        let Self { factored, weight, shift, refresh, .. } = *self;
         let record = self.inverse.is_vertexwise().then(|| self.written());
-        self.mark = Some(Mark { factored, weight, shift, refresh, record });
+        self.mark = Some(Mark { factor: self.factor, record });
     }
 
     /// Before the factor goes.
     pub(super) fn keep_marked(&mut self) {
         if let Some(mut mark) = self.mark.take() {
             if mark.record.is_none() {
-                self.exchange(&mut mark);
+                std::mem::swap(&mut self.factor, &mut mark.factor);
                 mark.record = Some(self.written());
-                self.exchange(&mut mark);
+                std::mem::swap(&mut self.factor, &mut mark.factor);
             }
             self.mark = Some(mark);
         }
@@ -40,21 +36,13 @@ impl Lbfgs {
     pub(super) fn return_to_mark(&mut self, mechanics: &Mechanics) {
         let Some(mut mark) = self.mark.take() else { return };
         match mark.record.take() {
-            None => self.exchange(&mut mark),
+            None => std::mem::swap(&mut self.factor, &mut mark.factor),
             // What was written by itself can be read.
             Some(record) => {
                 if record.read().and_then(|memory| self.take_over(memory, mechanics)).is_err() {
-                    self.factored = false;
+                    self.factor.ready = false;
                 }
             }
         }
-    }
-
-    /// Small numbers of `mark` against those that are.
-    fn exchange(&mut self, mark: &mut Mark) {
-        std::mem::swap(&mut self.factored, &mut mark.factored);
-        std::mem::swap(&mut self.weight, &mut mark.weight);
-        std::mem::swap(&mut self.shift, &mut mark.shift);
-        std::mem::swap(&mut self.refresh, &mut mark.refresh);
     }
 }

@@ -59,11 +59,11 @@ impl Lbfgs {
     pub(super) fn written(&self) -> Record {
         Record::of(&Memory {
             multigrid: self.kind == Preconditioner::Multigrid,
-            weight: self.weight,
-            shift: self.shift,
-            refresh: self.refresh,
+            weight: self.factor.weight,
+            shift: self.factor.shift,
+            refresh: self.factor.refresh,
             learnt: self.inverse.learnt(),
-            factor: self.factored.then(|| Factor {
+            factor: self.factor.ready.then(|| Factor {
                 motions: Cow::Borrowed(self.gauge.motions()),
                 matrix: (!self.inverse.is_matrix_free()).then(|| self.matrix_memory()),
             }),
@@ -97,8 +97,8 @@ impl Lbfgs {
             Preconditioner::Auto => Preconditioner::Factor,
             chosen => chosen,
         };
-        (self.weight, self.shift, self.refresh) = (weight, shift, refresh);
-        self.factored = factor.is_some();
+        (self.factor.weight, self.factor.shift, self.factor.refresh) = (weight, shift, refresh);
+        self.factor.ready = factor.is_some();
         let mut matrix = None;
         if let Some(factor) = factor {
             let vertices = mechanics.sheet().vertex_count();

@@ -36,7 +36,7 @@ impl Clock {
 
 /// Forecasts a run in processor time, which is nearly independent of other programs, and converts it to wall
 /// time, at the ratio so far.
-pub(in crate::run) struct Outlook {
+pub(in crate::run) struct RunForecast {
     rule: StepRule,
     way: Way,
     clock: Clock,
@@ -47,7 +47,7 @@ pub(in crate::run) struct Outlook {
     time: f64,
 }
 
-impl Outlook {
+impl RunForecast {
     /// Of a run whose start is relaxed, which began with `clock`.
     pub(in crate::run) fn new(scene: &Scene, clock: Clock) -> Self {
         let (rule, way, before) = (scene.time.integrator.rule(), Way::of(scene), clock.processor());
@@ -60,7 +60,7 @@ impl Outlook {
         let now = self.clock.processor();
         self.forecast.step(Taken {
             time,
-            length: report.step,
+            length: report.length,
             allowed: report.allowed,
             cut,
             seconds: now - self.before,
@@ -137,7 +137,7 @@ impl Outlook {
 
 /// The first prediction of a run, which is announced and judged at its end.
 pub(in crate::run) struct Prediction {
-    outlook: Outlook,
+    forecast: RunForecast,
     first: Option<Predicted>,
 }
 
@@ -147,33 +147,33 @@ const LEAST_SECONDS: f64 = 1.0;
 impl Prediction {
     /// Of a run whose start is relaxed, which began with `clock`.
     pub(in crate::run) fn new(scene: &Scene, clock: Clock) -> Self {
-        Self { outlook: Outlook::new(scene, clock), first: None }
+        Self { forecast: RunForecast::new(scene, clock), first: None }
     }
 
-    /// As [`Outlook::step`].
+    /// As [`RunForecast::step`].
     pub(in crate::run) fn step(&mut self, report: &StepReport, time: f64, cut: bool) {
-        self.outlook.step(report, time, cut);
+        self.forecast.step(report, time, cut);
     }
 
-    /// As [`Outlook::left`].
+    /// As [`RunForecast::left`].
     pub(in crate::run) fn left(&self) -> Option<String> {
-        self.outlook.left()
+        self.forecast.left()
     }
 
     /// The first prediction with its words, once, as soon as there is one.
     pub(in crate::run) fn announced(&mut self) -> Option<(Predicted, String)> {
-        let outlook = &self.outlook;
-        if self.first.is_some() || outlook.clock.wall() < LEAST_SECONDS {
+        let forecast = &self.forecast;
+        if self.first.is_some() || forecast.clock.wall() < LEAST_SECONDS {
             return None;
         }
-        let predicted = outlook.predicted()?;
+        let predicted = forecast.predicted()?;
         self.first = Some(predicted);
-        Some((predicted, outlook.words()?))
+        Some((predicted, forecast.words()?))
     }
 
     /// The first prediction and what was true, at the end.
     pub(in crate::run) fn judged(&self) -> Option<Predicted> {
-        let clock = &self.outlook.clock;
+        let clock = &self.forecast.clock;
         let took = Took { seconds: clock.wall(), cpu_seconds: clock.processor() };
         self.first.map(|first| Predicted { took: Some(took), ..first })
     }

@@ -12,7 +12,7 @@ use super::{Place, Segment, key_path};
 /// `Error::invalid_value(Unexpected::Float(x), &"a number above 0")` ends as
 /// `material.young must be a number above 0, not -1.0` at the place of that number.
 #[derive(Debug, Clone)]
-pub struct Problem(Box<Inner>);
+pub struct DocumentError(Box<Inner>);
 
 #[derive(Debug, Clone)]
 struct Inner {
@@ -33,7 +33,7 @@ enum What {
     Mismatch { expected: String, found: String },
 }
 
-impl Problem {
+impl DocumentError {
     fn new(what: What) -> Self {
         Self(Box::new(Inner { what, help: None, place: None, path: Vec::new() }))
     }
@@ -357,15 +357,15 @@ fn found_in_words(found: Unexpected<'_>) -> String {
     }
 }
 
-impl Display for Problem {
+impl Display for DocumentError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(&self.explain().message)
     }
 }
 
-impl std::error::Error for Problem {}
+impl std::error::Error for DocumentError {}
 
-impl serde::de::Error for Problem {
+impl serde::de::Error for DocumentError {
     fn custom<T: Display>(message: T) -> Self {
         Self::new(What::Custom(message.to_string()))
     }

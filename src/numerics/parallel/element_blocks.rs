@@ -27,7 +27,7 @@ pub struct Group<const K: usize> {
 
 /// The elements of a sheet, block by block.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Patches<const K: usize> {
+pub struct ElementBlocks<const K: usize> {
     vertices: usize,
     block: Vec<Vec<Group<K>>>,
 }
@@ -47,7 +47,7 @@ pub trait Kernel<const K: usize, const Q: usize>: Sync {
 /// For each of K corners Q times four numbers, for four elements at once.
 pub type Corners<L, const K: usize, const Q: usize> = [[[L; LANES]; Q]; K];
 
-impl<const K: usize> Patches<K> {
+impl<const K: usize> ElementBlocks<K> {
     /// Sorts `elements` by the blocks that they touch; in totals those are counted that `counts` says.
     #[must_use]
     pub fn new(vertices: usize, elements: &[[u32; K]], counts: impl Fn(&[u32; K]) -> bool) -> Self {
