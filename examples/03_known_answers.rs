@@ -12,8 +12,8 @@ use known_answers::plates::Boundary;
 use known_answers::strips::Ends;
 use known_answers::{
     BOND_HINGE, BOND_MEYER, Outcome, STVK_HINGE, STVK_MEYER, Sample, active, annulus, bilayer,
-    branches, caps, chemistry, contact, growth, membranes, plates, remodelling, shells, steady,
-    strips, sze,
+    branches, caps, chemistry, contact, growth, membranes, plates, remodelling, shells, squeezed,
+    steady, strips, sze,
 };
 
 /// Prints the tables.
@@ -365,6 +365,12 @@ fn contact_tables() -> Outcome<()> {
         let samples = over(&[1000, 4000, 16000], |n| contact::pressed(n, 0.05, reach, ball))?;
         let by = ball.map_or("plate".to_owned(), |radius| format!("ball of radius {radius}"));
         table(&format!("stiffness of a shell under a {by}, reach {reach} h"), &samples);
+    }
+    let sizes = [2562, 10242];
+    let all = sizes.iter().map(|n| squeezed::squeezed(*n, 0.05)).collect::<Outcome<Vec<_>>>()?;
+    for (k, (depth, _)) in squeezed::EXACT.iter().enumerate() {
+        let samples: Vec<Sample> = all.iter().map(|samples| samples[k]).collect();
+        table(&format!("force on a shell between plates that approach by {depth} h"), &samples);
     }
     Ok(())
 }

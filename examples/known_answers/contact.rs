@@ -125,7 +125,7 @@ fn force(mechanics: &mut Potential, which: usize, x: &[Vec3], of: impl Fn(usize)
 const THIN: Material = Material { young: 1.2e6, poisson: 0.3, thickness: 0.1 };
 
 /// A plane with a reach.
-fn plane(z: f64, up: f64, reach: f64) -> String {
+pub(super) fn plane(z: f64, up: f64, reach: f64) -> String {
     format!(
         "kind = 'obstacle'\ndistance = {reach:e}\n\
          shape = {{ plane = {{ point = [0.0, 0.0, {z:e}], normal = [0.0, 0.0, {up:e}] }} }}"

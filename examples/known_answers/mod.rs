@@ -18,6 +18,7 @@ pub mod plates;
 pub mod remodelling;
 pub mod ribbons;
 pub mod shells;
+pub mod squeezed;
 pub mod steady;
 pub mod strips;
 pub mod sze;

@@ -44,7 +44,7 @@ pub const HEMISPHERE_PATH: [(f64, [f64; 2]); 5] = [
 ];
 
 /// A point of a rest shape with the number of its vertex.
-fn nearest(sheet: &Sheet, to: Vec3) -> usize {
+pub(super) fn nearest(sheet: &Sheet, to: Vec3) -> usize {
     let distance = |i: &usize| (sheet.rest()[*i] - to).norm();
     let all = 0..sheet.vertex_count();
     all.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
@@ -256,7 +256,7 @@ pub fn pinched(around: usize, models: &Models) -> Outcome<Sample> {
 }
 
 pub(super) const SPHERE: Material = Material { young: 1e4, poisson: 0.3, thickness: 0.2 };
-const RADIUS: f64 = 10.0;
+pub(super) const RADIUS: f64 = 10.0;
 
 /// `E h²/√(3(1-ν²))`.
 fn scale() -> f64 {

@@ -140,6 +140,22 @@ contact() {
     draw contact c 4 {none,contact}-h0.5:{10,20,45,100}:top {none,contact}-h1:{20,60,100,140}:top
 }
 
+# The same fully relaxed, on a disc of R = 35 (h = 0.5) and with D = 60 on one of R = 50.
+relaxed_contact() {
+    local contact="$out/contact.toml" h05 d60
+    sed 's/^\[kinetics\]/[[effect]]\nkind = "contact"\n\n[kinetics]/' "$model_i" >"$contact"
+    h05=(--set time.policy=quasi-static --set output.every=1)
+    d60=("${h05[@]}" --set sheet.radius=50 --set sheet.vertices=2000 --set material.thickness=1
+        --set effect.diffusion.coefficient=60 --set time.until=8)
+    h05+=(--set sheet.radius=35 --set sheet.vertices=2450 --set time.until=20)
+    run relaxed-none-h0.5 "$model_i" "${h05[@]}"
+    run relaxed-contact-h0.5 "$contact" "${h05[@]}"
+    run relaxed-none-D60 "$model_i" "${d60[@]}"
+    run relaxed-contact-D60 "$contact" "${d60[@]}"
+    for name in relaxed-{none,contact}-{h0.5,D60}; do numbers "$name" c 0.1 0.4; done
+    draw relaxed-contact c 4 relaxed-{none,contact}-h0.5:{4,8,12,20}:top
+}
+
 # The same relaxed loosely, by a plain metric, as printed.
 loosely() {
     run loose "$loose"
@@ -186,7 +202,7 @@ feedback() {
         --set time.until=60 --set output.every=10 --level 0.5
 }
 
-figures=(evolution threshold map thick relaxed contact loosely shell mesh motors starts feedback)
+figures=(evolution threshold map thick relaxed contact relaxed_contact loosely shell mesh motors starts feedback)
 [[ $# -gt 0 ]] || { echo "figures: ${figures[*]}, or all"; exit 0; }
 [[ $1 != all ]] || set -- "${figures[@]}"
 failed=()

@@ -1,8 +1,10 @@
-//! Contact and adhesion: plates, a strip that is heavy or sticks, a strip between planes, a ring, a shell under a plate or a ball.
+//! Contact and adhesion: plates, a strip that is heavy or sticks, a strip between planes, a ring, a shell under a plate or a ball
+//! and between plates.
 
 use super::known_answers::contact::{
     bent_round, first_contact, lift_off, neck, peeled, plates, pressed, stuck,
 };
+use super::known_answers::squeezed::{EXACT, squeezed};
 use super::{converges, over};
 
 #[test]
@@ -67,5 +69,14 @@ fn a_shell_is_as_stiff_under_a_plate_or_a_ball_as_under_a_point_load() {
     for ball in [None, Some(4.0)] {
         let samples = over(&[1000, 4000], |n| pressed(n, 0.05, 0.0125, ball));
         converges(&format!("{ball:?}"), &samples, 0.04, 0.8);
+    }
+}
+
+#[test]
+fn a_shell_between_plates_lies_flat_on_them_and_pushes_as_shell_theory_says() {
+    let samples = squeezed(2562, 0.05).unwrap();
+    assert_eq!(samples.len(), EXACT.len());
+    for s in samples {
+        assert!(s.error().abs() < 0.02, "{s:?}");
     }
 }

@@ -19,6 +19,8 @@ use super::pairs::{Pair, Range};
 
 /// Up to this share of all clusters are asked alone.
 const FEW: f64 = 0.25;
+/// The place of `x` on a step is found from every so manieth vertex.
+const SAMPLE: usize = 16;
 /// A list serves where every vertex may go so much further, in mean edges: shapes on the way of a step differ from
 /// `x + s d` by round-off.
 const MARGIN: f64 = 1e-9;
@@ -71,9 +73,10 @@ impl Way {
             return true;
         }
         let step = |v: usize| to[v] - from[v];
-        let whole = parallel::sum(x.len(), |v| step(v).norm_squared());
-        let along = parallel::sum(x.len(), |v| step(v).dot(&(x[v] - from[v])));
-        // NaN where nothing moves, which no comparison passes.
+        let sample = || (0..x.len()).step_by(SAMPLE);
+        let whole: f64 = sample().map(|v| step(v).norm_squared()).sum();
+        let along: f64 = sample().map(|v| step(v).dot(&(x[v] - from[v]))).sum();
+        // NaN where none of these moves, which no comparison passes.
         let share = (along / whole).clamp(0.0, 1.0);
         let off = |v: usize| (x[v] - from[v] - share * step(v)).norm_squared();
         parallel::max(x.len(), off) <= margin * margin
@@ -90,6 +93,23 @@ struct Seen {
     rooms: Vec<f64>,
     /// The square of how far every vertex may go.
     free: Vec<f64>,
+}
+
+impl Seen {
+    /// Moves it to `x`, where `near` and `rooms` hold.
+    fn renew(&mut self, clusters: &[Cluster], x: &[Vec3]) {
+        let Self { at, near, rooms, free } = self;
+        at.clear();
+        at.extend_from_slice(x);
+        free.clear();
+        free.resize(x.len(), *near * *near);
+        for (cluster, room) in clusters.iter().zip(rooms) {
+            for v in &cluster.corners {
+                let free = &mut free[*v as usize];
+                *free = free.min(*room * *room);
+            }
+        }
+    }
 }
 
 impl List {
@@ -163,21 +183,13 @@ impl List {
             return false;
         }
         seen.near = near;
-        seen.at.clear();
-        seen.at.extend_from_slice(x);
-        seen.free.clear();
-        seen.free.resize(x.len(), near * near);
-        for (cluster, room) in clusters.iter().zip(&seen.rooms) {
-            for v in &cluster.corners {
-                let free = &mut seen.free[*v as usize];
-                *free = free.min(room * room);
-            }
-        }
+        seen.renew(clusters, x);
         self.seen = Some(seen);
         true
     }
 
-    /// Whether it serves at `x`, as far as the shape last seen shows.
+    /// Whether it serves at `x`, as far as the shape last seen shows. Where it does and `x` is not close to that, `x` is seen
+    /// from there on: later steps of a relaxation are shorter.
     fn as_seen(
         &mut self,
         on: (&Sheet, &[Cluster]),
@@ -196,10 +208,21 @@ impl List {
         if real(doubtful.len()) > FEW * real(clusters.len()) {
             return None;
         }
-        let near = Moved::farthest(all) < APPROACH * near;
-        let moved = |v: u32| x[v as usize] - self.at[v as usize];
-        let near = near || self.neighbours.room(clusters, &moved) >= self.margin;
-        Some(near && doubtful.into_iter().all(|k| self.room(on, k, x, deformation) >= 0.0))
+        // What clusters have moved since is taken off, and room is asked for where nothing is left.
+        let left = rooms.iter().zip(all).map(|(room, moved)| room - moved.spread);
+        let (mut left, mut near) =
+            (left.collect::<Vec<f64>>(), near - Moved::farthest(all) / APPROACH);
+        if !(near > 0.0) {
+            let moved = |v: u32| x[v as usize] - self.at[v as usize];
+            near = self.neighbours.room(clusters, &moved) - self.margin;
+        }
+        doubtful.iter().for_each(|k| left[*k] = self.room(on, *k, x, deformation));
+        let serves = near >= 0.0 && doubtful.into_iter().all(|k| left[k] >= 0.0);
+        if let Some(seen) = self.seen.as_mut().filter(|_| serves) {
+            (seen.near, seen.rooms) = (near, left);
+            seen.renew(clusters, x);
+        }
+        Some(serves)
     }
 
     /// How much further the corners of cluster `k` may go until F may have changed too much; less than 0 where it has.

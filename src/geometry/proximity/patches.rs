@@ -21,6 +21,8 @@ const REACHES: f64 = 1.5;
 const RADII: f64 = 6.0;
 /// Radius of a patch in units of what it has to hold.
 const WIDER: f64 = 1.1;
+/// Normals are the same that differ by less: no more than round-off.
+const ROUND_OFF: f64 = 1e-9;
 /// The largest β, radians, at which a patch is of use.
 const LARGEST_TURN: f64 = 1.1;
 
@@ -65,6 +67,8 @@ pub(super) struct Patches<'a> {
     next: Vec<Vec<u32>>,
     /// The unit normals of the triangles at rest.
     normals: Vec<Vec3>,
+    /// The normal of every cluster whose triangles have the same.
+    flat: Vec<Option<Vec3>>,
     /// How much the boundary turns inwards at every vertex, radians.
     concave: Vec<f64>,
     /// The sum of it over the corners of every cluster.
@@ -99,7 +103,13 @@ impl<'a> Patches<'a> {
             let [a, b, c] = t.map(|v| sheet.rest()[v as usize]);
             (b - a).cross(&(c - a)).normalize()
         };
-        let normals = sheet.triangles().iter().map(normal).collect();
+        let normals: Vec<Vec3> = sheet.triangles().iter().map(normal).collect();
+        let flat = clusters.iter().map(|cluster| {
+            let mut all = cluster.triangles.iter().map(|t| normals[*t as usize]);
+            let first = all.next()?;
+            all.all(|normal| same(&normal, &first)).then_some(first)
+        });
+        let flat = flat.collect();
         let reached = vec![0; clusters.len()];
         let largest_radius = clusters.iter().map(|c| c.radius).fold(0.0, f64::max);
         Self {
@@ -109,6 +119,7 @@ impl<'a> Patches<'a> {
             largest_radius,
             next,
             normals,
+            flat,
             concave,
             most_concave,
             reached,
@@ -148,8 +159,13 @@ impl<'a> Patches<'a> {
             apart.norm_squared() <= radius * radius
         };
         let meets = |t: &u32| self.sheet.triangles()[*t as usize].iter().any(in_ball);
-        let of = |k: &u32| self.clusters[*k as usize].triangles.iter().copied();
-        let triangles: Vec<u32> = clusters.iter().flat_map(of).filter(meets).collect();
+        let mut triangles = Vec::new();
+        for k in &clusters {
+            let other = &self.clusters[*k as usize];
+            let whole = (other.centre - own.centre).norm() + other.radius <= radius;
+            let all = other.triangles.iter().copied();
+            triangles.extend(all.filter(|t| whole || meets(t)));
+        }
         let Some(turn) = self.turn((&triangles, &clusters)).filter(|turn| *turn <= LARGEST_TURN)
         else {
             return Patch::default();
@@ -191,6 +207,18 @@ impl<'a> Patches<'a> {
 
     /// β of a patch; nothing where its normals are in no cone.
     fn turn(&self, (triangles, clusters): (&[u32], &[u32])) -> Option<f64> {
+        let turn = 2.0 * self.cone(triangles, clusters)? + self.concave(triangles, clusters);
+        // What round-off makes of a flat patch with straight sides.
+        Some(if turn < 1e-7 { 0.0 } else { turn })
+    }
+
+    /// The half-angle of a cone around the normals of a patch, radians, if there is one.
+    fn cone(&self, triangles: &[u32], clusters: &[u32]) -> Option<f64> {
+        let first = self.flat[*clusters.first()? as usize];
+        let flat = |k: &u32| Some(same(&self.flat[*k as usize]?, &first?));
+        if clusters.iter().all(|k| flat(k) == Some(true)) {
+            return Some(0.0);
+        }
         let normals = || triangles.iter().map(|t| self.normals[*t as usize]);
         let axis = normals().sum::<Vec3>().try_normalize(f64::EPSILON)?;
         let (mut upright, mut sine) = (true, 0.0f64);
@@ -198,11 +226,7 @@ impl<'a> Patches<'a> {
             upright &= axis.dot(&normal) > 0.0;
             sine = sine.max(axis.cross(&normal).norm_squared());
         }
-        let cone = sine.sqrt().min(1.0).asin();
-        let turn = 2.0 * cone + self.concave(triangles, clusters);
-        // What round-off makes of a flat patch with straight sides.
-        let turn = if turn < 1e-7 { 0.0 } else { turn };
-        upright.then_some(turn)
+        upright.then(|| sine.sqrt().min(1.0).asin())
     }
 
     /// How much the boundary of a patch turns inwards, radians.
@@ -216,6 +240,11 @@ impl<'a> Patches<'a> {
         corners.dedup();
         corners.iter().map(|v| self.concave[*v as usize]).sum()
     }
+}
+
+/// Whether two normals are the same.
+fn same(one: &Vec3, other: &Vec3) -> bool {
+    (one - other).norm_squared() <= ROUND_OFF * ROUND_OFF
 }
 
 /// How much the boundary of a sheet turns inwards at every vertex, radians.
