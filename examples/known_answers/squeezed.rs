@@ -35,7 +35,7 @@ fn pushed(mechanics: &mut Potential, k: usize, x: &[Vec3]) -> [f64; 2] {
 pub fn squeezed(vertices: usize, reach: f64) -> Outcome<Vec<Sample>> {
     let shape = Shape::Sphere { radius: RADIUS, irregular: false };
     let sheet = Arc::new(generate(&shape, vertices, 1)?);
-    // Axes of symmetry pass through these vertices, which stay on them: no rigid motion is left.
+    // They hinder rigid motions only, and carry no force: poles lie on an axis of symmetry.
     let mut pins = vec![[false; 3]; sheet.vertex_count()];
     let (pole, side) = (RADIUS * Vec3::z(), RADIUS * Vec3::x());
     for (place, axes) in
