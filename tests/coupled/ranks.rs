@@ -295,11 +295,10 @@ fn a_part_without_a_boundary_is_no_closed_sheet() {
             let dome: Vec<Vec3> =
                 sheet.rest().iter().map(|x| x + 0.01 * x.xy().norm_squared() * Vec3::z()).collect();
             let other: Vec<Vec3> = dome.iter().map(|x| Vec3::new(x.x, x.y, -x.z)).collect();
-            let handle = std::thread::spawn(move || {
+            std::thread::spawn(move || {
                 let inside = !sheet.boundary().contains(&true);
                 (inside, is_turned(&sheet, &dome, &other), is_turned(&sheet, &dome, &dome))
-            });
-            handle
+            })
         };
         let handles: Vec<_> = ThreadRank::all(size).into_iter().map(turned).collect();
         let all: Vec<_> = handles.into_iter().map(|handle| handle.join().unwrap()).collect();
