@@ -168,12 +168,12 @@ impl Stepper {
         self.workspace.mark();
         let window = self.breakpoints.window(time, until);
         self.state.time = window.start;
-        let report = advance(self, window.goal).inspect_err(|_| {
+        let report = advance(self, window.end).inspect_err(|_| {
             self.state.time = time;
             self.workspace.roll_back();
         })?;
-        if self.state.time == window.goal {
-            self.state.time = window.shown;
+        if self.state.time == window.end {
+            self.state.time = window.shown_time;
         }
         self.model().tally().count(|work| work.steps += 1);
         Ok(StepReport {

@@ -21,7 +21,7 @@ pub use curvature::{Curvature, angle_at};
 pub use faces::{Face, Faces, face_areas, vertex_normals};
 pub use gauss_bonnet::TotalCurvature;
 pub use measure::{area, volume};
-pub use rest_metric::{RestMetric, heron_area};
+pub use rest_metric::RestMetric;
 pub use vertex_area::{AreaRule, VertexArea, lumped_areas, sum_at_corners};
 
 use rumple_numerics::Vec3;

@@ -198,7 +198,7 @@ impl RestMetric {
 ///
 /// With `a ≥ b ≥ c`: `A = ¼ √((a+(b+c)) (c-(a-b)) (c+(a-b)) (a+(b-c)))`.
 #[must_use]
-pub fn heron_area(sides: [f64; 3]) -> f64 {
+fn heron_area(sides: [f64; 3]) -> f64 {
     let mut s = sides;
     s.sort_unstable_by(|p, q| q.total_cmp(p));
     let [a, b, c] = s;

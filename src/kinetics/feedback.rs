@@ -32,7 +32,7 @@ impl Feedback {
 
     /// The name of the call with partial derivatives.
     #[must_use]
-    pub fn partials_name(self) -> &'static str {
+    pub(crate) fn partials_name(self) -> &'static str {
         match self {
             Self::Curvature => "curvature_partials",
             Self::FactorAcross => "length_factor_across_partials",

@@ -7,7 +7,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// Years are counted from 1 March, so that the leap day is the last of a year and the lengths
 /// of the months before it follow `(153 m + 2) / 5`. Times before 1970 give 1970.
 #[must_use]
-pub fn civil(time: SystemTime) -> [u64; 6] {
+pub(crate) fn civil(time: SystemTime) -> [u64; 6] {
     let seconds = time.duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
     // 0000-03-01 is 719 468 days before 1970-01-01; 146 097 days are four centuries.
     let days = seconds / 86_400 + 719_468;

@@ -289,7 +289,7 @@ impl ResultDirectory {
 
     /// Name of frame `number` within [`frames`](Self::frames).
     #[must_use]
-    pub fn frame_name(number: usize) -> String {
+    pub(crate) fn frame_name(number: usize) -> String {
         format!("frame_{number:06}.vtu")
     }
 }

@@ -34,7 +34,7 @@ impl ResultDirectory {
     ///
     /// # Errors
     /// [`OutputError::Write`] from the operating system.
-    pub fn forget_failure(&self) -> Result<(), OutputError> {
+    pub(crate) fn forget_failure(&self) -> Result<(), OutputError> {
         for folder in [self.failure(), self.root().join(PART)] {
             // Nothing is removed through a link.
             if is_folder(&folder) {

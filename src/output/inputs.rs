@@ -50,7 +50,7 @@ impl Inputs {
     ///
     /// # Errors
     /// [`OutputError::Refused`] with the file and its role.
-    pub fn check_not_input(&self, path: &Path) -> Result<(), OutputError> {
+    pub(crate) fn check_not_input(&self, path: &Path) -> Result<(), OutputError> {
         let Ok(full) = fs::canonicalize(path) else { return Ok(()) };
         match self.files.iter().find(|(_, file)| *file == full) {
             None => Ok(()),

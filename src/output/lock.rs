@@ -308,7 +308,7 @@ impl Status {
 }
 
 /// Records the end of all runs of this process that are in progress: for an immediate exit of the program.
-pub fn end_all(standing: RunStatus, reason: &str) {
+pub(crate) fn end_all(standing: RunStatus, reason: &str) {
     for status in ALL.lock().unwrap_or_else(PoisonError::into_inner).iter() {
         if status.open.swap(false, Ordering::AcqRel) {
             status.write_at_once(standing, reason);

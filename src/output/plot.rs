@@ -1,7 +1,6 @@
 //! Curves over time and marks in a plane, as PNG and as SVG.
 
 mod axis;
-mod canvas;
 
 use std::ops::Range;
 
@@ -11,7 +10,6 @@ use plotters::prelude::*;
 use super::OutputError;
 use super::picture::Picture;
 use axis::{Axis, range, reached, ticks};
-use canvas::Canvas;
 use rumple_numerics::num::index;
 
 /// A named row of points; one point alone is drawn as a mark.
@@ -75,9 +73,9 @@ enum Style {
 
 impl Style {
     /// Draws `points` in `chart`; a line of this colour and so many pixels broader than others.
-    fn draw(
+    fn draw<B: DrawingBackend>(
         &self,
-        chart: &mut Chart<'_, '_>,
+        chart: &mut Chart<'_, B>,
         points: &[(f64, f64)],
         (colour, broader): (PaletteColor<Palette99>, u32),
     ) -> Result<(), OutputError> {
@@ -184,7 +182,7 @@ impl Figure {
         {
             let size = (index(width), index(height));
             let backend = BitMapBackend::with_buffer(picture.rgb_mut(), size);
-            self.draw(&Canvas::Pixels(backend).into_drawing_area())?;
+            self.draw(&backend.into_drawing_area())?;
         }
         Ok(picture)
     }
@@ -199,15 +197,12 @@ impl Figure {
         let mut text = String::new();
         {
             let backend = SVGBackend::with_string(&mut text, (index(width), index(height)));
-            self.draw(&Canvas::Svg(backend).into_drawing_area())?;
+            self.draw(&backend.into_drawing_area())?;
         }
         Ok(text)
     }
 
-    fn draw(
-        &self,
-        area: &DrawingArea<Canvas<'_>, plotters::coord::Shift>,
-    ) -> Result<(), OutputError> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Result<(), OutputError> {
         area.fill(&WHITE).map_err(refused)?;
         let rows = self.panels.len().div_ceil(self.columns.max(1));
         let (panels, legend) = area.split_vertically(index(PANEL.1 * rows));
@@ -236,15 +231,17 @@ impl Figure {
     }
 }
 
-type Chart<'a, 'b> = ChartContext<'a, Canvas<'b>, Cartesian2d<Axis, Axis>>;
+/// Where it is drawn: pixels or SVG.
+type Area<B> = DrawingArea<B, plotters::coord::Shift>;
+type Chart<'a, B> = ChartContext<'a, B, Cartesian2d<Axis, Axis>>;
 
 /// How a name is drawn.
 type Styles<'a> = &'a dyn Fn(usize) -> Style;
 
 impl Panel {
-    fn draw(
+    fn draw<B: DrawingBackend>(
         &self,
-        area: &DrawingArea<Canvas<'_>, plotters::coord::Shift>,
+        area: &Area<B>,
         styles: Styles<'_>,
     ) -> Result<(), OutputError> {
         let (across, up) = self.logarithmic;
@@ -270,9 +267,9 @@ impl Panel {
         self.on(area, (axis(x, across), axis(y, up)), &edges, styles)
     }
 
-    fn on(
+    fn on<B: DrawingBackend>(
         &self,
-        area: &DrawingArea<Canvas<'_>, plotters::coord::Shift>,
+        area: &Area<B>,
         (x, y): (Axis, Axis),
         edges: &(Range<f64>, Range<f64>),
         styles: Styles<'_>,
@@ -326,9 +323,9 @@ impl Panel {
     }
 
     /// Marks errors of 0 on the lower edge and failed runs on the upper one.
-    fn marks(
+    fn marks<B: DrawingBackend>(
         &self,
-        chart: &mut Chart<'_, '_>,
+        chart: &mut Chart<'_, B>,
         edges: &(Range<f64>, Range<f64>),
     ) -> Result<(), OutputError> {
         let across = self.logarithmic.0;

@@ -3,7 +3,7 @@
 use std::fs::{self, File, OpenOptions};
 use std::path::Path;
 
-use rumple_vtkhdf::{Arrays, Field, FrameReader, FrameWriter, State, Topology};
+use rumple_vtkhdf::{Field, FieldValues, FrameReader, FrameWriter, State, Topology};
 use sha2::{Digest, Sha256};
 
 use super::{Compression, Frame, OutputError, atomic};
@@ -93,7 +93,7 @@ fn frames(
         let mut arrays = reader.arrays(k)?;
         arrays.iter_mut().for_each(|list| list.sort_by(|a, b| a.name.cmp(&b.name)));
         let [point, cell, numbers] = arrays;
-        let number = |a: Arrays| (a.name, a.values.first().copied().unwrap_or(f64::NAN));
+        let number = |a: FieldValues| (a.name, a.values.first().copied().unwrap_or(f64::NAN));
         let numbers: Vec<(String, f64)> = numbers.into_iter().map(number).collect();
         let state = State {
             time: reader.times()[k],
@@ -167,7 +167,7 @@ fn state<'a>(
     }
 }
 
-fn borrowed(array: &Arrays) -> Field<'_> {
+fn borrowed(array: &FieldValues) -> Field<'_> {
     Field { name: &array.name, components: array.components, values: &array.values }
 }
 

@@ -230,7 +230,7 @@ impl Sheet {
 
     /// The same sheet, as a part of one that is spread over several ranks.
     #[must_use]
-    pub fn reduced_by(self, reduction: Reduction) -> Self {
+    pub(crate) fn reduced_by(self, reduction: Reduction) -> Self {
         Self { reduction, ..self }
     }
 

@@ -7,7 +7,7 @@ use super::read::{Dataset, Reader};
 
 /// A field that was read.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Arrays {
+pub struct FieldValues {
     /// Name with its unit.
     pub name: String,
     /// Numbers per entity.
@@ -106,7 +106,7 @@ impl<R: Read + Seek> FrameReader<R> {
     /// # Errors
     /// Frames that are not there or damaged.
     pub fn points(&mut self, k: usize) -> Result<Vec<[f64; 3]>, String> {
-        let start = self.start(self.offsets.clone().as_ref(), k)?;
+        let start = self.first_row(self.offsets.clone().as_ref(), k)?;
         if self.points.extents.get(1) != Some(&3) {
             return Err("has points of other than 3 coordinates".into());
         }
@@ -118,23 +118,23 @@ impl<R: Read + Seek> FrameReader<R> {
     ///
     /// # Errors
     /// As for [`points`](Self::points).
-    pub fn arrays(&mut self, k: usize) -> Result<[Vec<Arrays>; 3], String> {
+    pub fn arrays(&mut self, k: usize) -> Result<[Vec<FieldValues>; 3], String> {
         let counts = [self.point_count, self.triangles.len() as u64, 1];
         let mut found = [Vec::new(), Vec::new(), Vec::new()];
         for place in 0..3 {
             for (name, set, starts) in self.fields[place].clone() {
-                let start = self.start(starts.as_ref(), k)?;
+                let start = self.first_row(starts.as_ref(), k)?;
                 let values = self.reader.rows(&set, start, counts[place]);
                 let values = values.map_err(|why| format!("the array \"{name}\": {why}"))?;
                 let components = set.extents.get(1).map_or(1, |n| usize::try_from(*n).unwrap_or(1));
-                found[place].push(Arrays { name, components, values });
+                found[place].push(FieldValues { name, components, values });
             }
         }
         Ok(found)
     }
 
     /// The first row of frame `k`.
-    fn start(&mut self, offsets: Option<&Dataset>, k: usize) -> Result<u64, String> {
+    fn first_row(&mut self, offsets: Option<&Dataset>, k: usize) -> Result<u64, String> {
         if k >= self.times.len() {
             return Err(format!("has {} frames; frame {k} is not among them", self.times.len()));
         }

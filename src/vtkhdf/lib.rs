@@ -32,7 +32,7 @@ mod tree;
 
 use std::path::{Path, PathBuf};
 
-pub use frame_reader::{Arrays, FrameReader};
+pub use frame_reader::{FieldValues, FrameReader};
 pub use frame_writer::{Field, FrameWriter, State, Topology};
 pub use growing::Disk;
 

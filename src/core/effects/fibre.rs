@@ -168,7 +168,10 @@ impl Fibre {
     ///
     /// # Errors
     /// As for [`Fibre::along_edges`].
-    pub fn in_triangles(&self, context: &EffectContext<'_>) -> Result<Vec<Vec3>, EffectError> {
+    pub(crate) fn in_triangles(
+        &self,
+        context: &EffectContext<'_>,
+    ) -> Result<Vec<Vec3>, EffectError> {
         let sheet = context.sheet;
         let centre = |corners: &[u32; 3]| {
             corners.iter().map(|v| sheet.rest()[*v as usize]).sum::<Vec3>() / 3.0

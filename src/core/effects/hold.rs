@@ -54,7 +54,7 @@ impl Held {
 
     /// A point that `other` holds at another value.
     #[must_use]
-    pub fn conflict(&self, other: &Self) -> Option<usize> {
+    pub(crate) fn conflict(&self, other: &Self) -> Option<usize> {
         let differs = |(point, value): &&(usize, f64)| {
             let place = other.points.binary_search_by_key(point, |(point, _)| *point);
             self.species == other.species && place.is_ok_and(|k| other.points[k].1 != *value)

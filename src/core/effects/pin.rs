@@ -44,7 +44,7 @@ pub struct Prescribed {
 impl Prescribed {
     /// A vertex and an axis that both prescribe, with different positions at one of these times.
     #[must_use]
-    pub fn conflict(&self, other: &Self, times: &[f64]) -> Option<(usize, usize)> {
+    pub(crate) fn conflict(&self, other: &Self, times: &[f64]) -> Option<(usize, usize)> {
         let axis = (0..3).find(|&a| {
             let at = |one: &Self, t: f64| one.factor.at(t) * one.displacement[a];
             let differ = |t: &f64| {

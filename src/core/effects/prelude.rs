@@ -3,7 +3,9 @@
 //! `typetag` is part of it, so that its version is the one of the trait [`EffectSpec`]. The guide is
 //! `docs/book/manual/effects.md`, a whole crate `examples/indenter`.
 
+#[doc(no_inline)]
 pub use nalgebra;
+#[doc(no_inline)]
 pub use typetag;
 
 pub use super::{

@@ -113,7 +113,7 @@ impl Region {
     /// For every triangle of `sheet` whether it belongs to the region: to one of space if its centroid does, to a
     /// set of vertices if one of its corners does.
     #[must_use]
-    pub fn triangle_mask(&self, sheet: &Sheet) -> Vec<bool> {
+    pub(crate) fn triangle_mask(&self, sheet: &Sheet) -> Vec<bool> {
         let triangles = sheet.triangles().iter();
         match self {
             Self::Boundary | Self::Vertices(_) => {
@@ -153,7 +153,11 @@ impl Region {
     ///
     /// # Errors
     /// As for [`Region::choose`].
-    pub fn choose_triangles(&self, sheet: &Sheet, effect: &str) -> Result<Vec<bool>, EffectError> {
+    pub(crate) fn choose_triangles(
+        &self,
+        sheet: &Sheet,
+        effect: &str,
+    ) -> Result<Vec<bool>, EffectError> {
         self.chosen(sheet, (Self::triangle_mask, "triangle"), effect)
     }
 

@@ -127,101 +127,69 @@ impl std::ops::Deref for TransportTerm {
 /// A transport on one shape.
 pub type Operator = Box<dyn Any + Send + Sync>;
 
-/// [`Transport`] with its operator behind a pointer; each method is the one of the same name.
-#[allow(missing_docs)]
-pub trait AnyTransport: Send + Sync {
-    fn operator(&self) -> Operator;
-    fn name(&self) -> &'static str;
-    fn species(&self) -> usize;
-    fn read_species(&self) -> usize;
-    fn has_sources(&self) -> bool;
-    fn diffusivity(&self) -> Option<Values>;
-    fn key(&self) -> &'static str;
-    fn transport(&self) -> &dyn Any;
-    fn has_operator_of(&self, other: &dyn AnyTransport) -> bool;
-    fn assemble(&self, sheet: &Sheet, x: &[Vec3], operator: &mut Operator);
-    fn add_rate(&self, sheet: &Sheet, operator: &Operator, c: &[f64], out: &mut [f64]);
-    fn spectral_bound(&self, operator: &Operator) -> f64;
-    fn entries(&self, sheet: &Sheet, operator: &Operator, emit: &mut dyn FnMut(usize, usize, f64));
-    fn shape_derivatives(
-        &self,
-        sheet: &Sheet,
-        operator: &Operator,
-        x: &[Vec3],
-        c: &[f64],
-        emit: &mut dyn FnMut(usize, usize, Vec3),
-    );
-}
-
 struct Boxed<T>(T);
 
 fn own<O: 'static>(operator: &Operator) -> &O {
     operator.downcast_ref().unwrap_or_else(|| unreachable!("operators stay with their transport"))
 }
 
-impl<T: Transport> AnyTransport for Boxed<T> {
-    fn operator(&self) -> Operator {
-        Box::new(T::Operator::default())
-    }
-
-    fn name(&self) -> &'static str {
-        self.0.name()
-    }
-
-    fn species(&self) -> usize {
-        self.0.species()
-    }
-
-    fn read_species(&self) -> usize {
-        self.0.read_species()
-    }
-
-    fn has_sources(&self) -> bool {
-        self.0.has_sources()
-    }
-
-    fn diffusivity(&self) -> Option<Values> {
-        self.0.diffusivity()
-    }
-
-    fn key(&self) -> &'static str {
-        self.0.key()
-    }
-
-    fn transport(&self) -> &dyn Any {
-        &self.0
-    }
-
-    fn has_operator_of(&self, other: &dyn AnyTransport) -> bool {
-        other.transport().downcast_ref().is_some_and(|other| self.0.has_operator_of(other))
-    }
-
-    fn assemble(&self, sheet: &Sheet, x: &[Vec3], operator: &mut Operator) {
-        if let Some(operator) = operator.downcast_mut() {
-            self.0.assemble(sheet, x, operator);
+/// Declares [`AnyTransport`], and every boxed [`Transport`] as one: each method is the one of the same name, and `operator` the
+/// operator as its own type.
+macro_rules! any_transport {
+    ($($name:ident($($input:ident: $Input:ty),*) $(-> $Output:ty)?;)*) => {
+        /// [`Transport`] with its operator behind a pointer; each method is the one of the same name.
+        #[allow(missing_docs)]
+        pub trait AnyTransport: Send + Sync {
+            fn operator(&self) -> Operator;
+            fn transport(&self) -> &dyn Any;
+            fn has_operator_of(&self, other: &dyn AnyTransport) -> bool;
+            fn assemble(&self, sheet: &Sheet, x: &[Vec3], operator: &mut Operator);
+            $(fn $name(&self, $($input: $Input),*) $(-> $Output)?;)*
         }
-    }
 
-    fn add_rate(&self, sheet: &Sheet, operator: &Operator, c: &[f64], out: &mut [f64]) {
-        self.0.add_rate(sheet, own(operator), c, out);
-    }
+        impl<T: Transport> AnyTransport for Boxed<T> {
+            fn operator(&self) -> Operator {
+                Box::new(T::Operator::default())
+            }
 
-    fn spectral_bound(&self, operator: &Operator) -> f64 {
-        self.0.spectral_bound(own(operator))
-    }
+            fn transport(&self) -> &dyn Any {
+                &self.0
+            }
 
-    fn entries(&self, sheet: &Sheet, operator: &Operator, emit: &mut dyn FnMut(usize, usize, f64)) {
-        self.0.entries(sheet, own(operator), emit);
-    }
+            fn has_operator_of(&self, other: &dyn AnyTransport) -> bool {
+                other.transport().downcast_ref().is_some_and(|other| self.0.has_operator_of(other))
+            }
 
-    fn shape_derivatives(
-        &self,
+            fn assemble(&self, sheet: &Sheet, x: &[Vec3], operator: &mut Operator) {
+                if let Some(operator) = operator.downcast_mut() {
+                    self.0.assemble(sheet, x, operator);
+                }
+            }
+
+            $(fn $name(&self, $($input: $Input),*) $(-> $Output)? {
+                self.0.$name($(any_transport!(@given $input $input)),*)
+            })*
+        }
+    };
+    (@given operator $operator:ident) => { own($operator) };
+    (@given $name:ident $input:ident) => { $input };
+}
+
+any_transport! {
+    name() -> &'static str;
+    species() -> usize;
+    read_species() -> usize;
+    has_sources() -> bool;
+    diffusivity() -> Option<Values>;
+    key() -> &'static str;
+    add_rate(sheet: &Sheet, operator: &Operator, c: &[f64], out: &mut [f64]);
+    spectral_bound(operator: &Operator) -> f64;
+    entries(sheet: &Sheet, operator: &Operator, emit: &mut dyn FnMut(usize, usize, f64));
+    shape_derivatives(
         sheet: &Sheet,
         operator: &Operator,
         x: &[Vec3],
         c: &[f64],
-        emit: &mut dyn FnMut(usize, usize, Vec3),
-    ) {
-        self.0.shape_derivatives(sheet, own(operator), x, c, emit);
-    }
+        emit: &mut dyn FnMut(usize, usize, Vec3)
+    );
 }

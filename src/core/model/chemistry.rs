@@ -165,7 +165,7 @@ impl Chemistry {
 
     /// Whether the kinetics reads strains, which compare areas with optimal ones.
     #[must_use]
-    pub fn reads_strain(&self) -> bool {
+    pub(crate) fn reads_strain(&self) -> bool {
         let wanted = self.signals.wanted();
         wanted.contains(&Signal::AreaStrain) || wanted.contains(&Signal::Tension)
     }

@@ -172,7 +172,7 @@ impl Potential {
 
     /// Whether the gradients of some constraints on the sheet at rest are the same, up to a factor: they cannot
     /// be met together, or say the same twice.
-    pub fn constraints_depend(&mut self) -> bool {
+    pub(crate) fn constraints_depend(&mut self) -> bool {
         if !self.is_constrained() {
             return false;
         }
@@ -211,7 +211,7 @@ impl Potential {
     }
 
     /// Sets λ of every constraint.
-    pub fn set_multipliers(&mut self, multipliers: Vec<f64>) {
+    pub(crate) fn set_multipliers(&mut self, multipliers: Vec<f64>) {
         if multipliers.len() == self.constraints.count() {
             self.constraints.multipliers = multipliers;
         }
@@ -260,7 +260,7 @@ impl Potential {
     }
 
     /// The step `λ ← λ - μ g` of the augmented Lagrangian at `x`, its minimum; the largest |g| there.
-    pub fn update_multipliers(&mut self, x: &[Vec3]) -> f64 {
+    pub(crate) fn update_multipliers(&mut self, x: &[Vec3]) -> f64 {
         let values = self.constraint_values(x);
         let Constraints { multipliers, stiffness, .. } = &mut self.constraints;
         for ((multiplier, stiffness), g) in multipliers.iter_mut().zip(&*stiffness).zip(&values) {

@@ -48,7 +48,7 @@ impl Drag {
 
     /// Whether it is the same in all directions.
     #[must_use]
-    pub fn is_isotropic(&self) -> bool {
+    pub(crate) fn is_isotropic(&self) -> bool {
         self.ratio == 1.0
     }
 

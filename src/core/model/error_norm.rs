@@ -43,7 +43,7 @@ impl Model {
     /// The misfit of the internal variables of `a` and `b`, the larger over all, with v what they have changed by since
     /// nothing had happened to the sheet; both follow from `start`.
     #[must_use]
-    pub fn internal_misfit(
+    pub(crate) fn internal_misfit(
         &self,
         start: &State,
         (a, b): (&State, &State),
@@ -83,7 +83,7 @@ impl Model {
 
     /// The unit of [`Model::shape_misfit`]: the length that tolerances mean.
     #[must_use]
-    pub fn shape_unit(&self, state: &State, tolerance: (f64, f64)) -> f64 {
+    pub(crate) fn shape_unit(&self, state: &State, tolerance: (f64, f64)) -> f64 {
         self.length_unit(self.largest_displacement(state), tolerance)
     }
 

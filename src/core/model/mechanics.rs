@@ -188,7 +188,7 @@ impl Mechanics {
     }
 
     /// Puts the fixed directions of `to` where `from` has them.
-    pub fn keep_pins(&self, from: &[Vec3], to: &mut [Vec3]) {
+    pub(crate) fn keep_pins(&self, from: &[Vec3], to: &mut [Vec3]) {
         for &i in &self.pinned {
             for a in (0..3).filter(|a| self.pins[i][*a]) {
                 to[i][a] = from[i][a];
@@ -203,7 +203,7 @@ impl Mechanics {
     }
 
     /// Sets the fixed directions whose positions are prescribed in time to where they are at `time`.
-    pub fn set_prescribed(&self, time: f64, x: &mut [Vec3]) {
+    pub(crate) fn set_prescribed(&self, time: f64, x: &mut [Vec3]) {
         for prescribed in self.prescribed.iter().filter(|_| self.has_prescribed()) {
             prescribed.set(self.sheet.rest(), time, x);
         }
@@ -271,7 +271,7 @@ impl Mechanics {
 
     /// Whether an effect couples pairs of vertices that depend on the shape.
     #[must_use]
-    pub fn couples_pairs(&self) -> bool {
+    pub(crate) fn couples_pairs(&self) -> bool {
         self.all().any(|term| term.coupling().pairs)
     }
 
@@ -283,7 +283,7 @@ impl Mechanics {
 
     /// Whether an effect is contact with what is fixed in space, rather than of the sheet with itself: an obstacle.
     #[must_use]
-    pub fn meets_obstacles(&self) -> bool {
+    pub(crate) fn meets_obstacles(&self) -> bool {
         self.all().any(|term| term.is_contact() && !term.coupling().pairs)
     }
 
@@ -294,7 +294,7 @@ impl Mechanics {
 
     /// Whether an effect couples all vertices.
     #[must_use]
-    pub fn has_low_rank(&self) -> bool {
+    pub(crate) fn has_low_rank(&self) -> bool {
         self.terms.iter().any(|term| term.coupling().low_rank)
     }
 
@@ -321,7 +321,13 @@ impl Mechanics {
     /// Whether moving from `from` to `to` keeps every triangle: its area does not fall below
     /// `share` of what it was, and it does not turn over, if its quality is not below `flat`.
     #[must_use]
-    pub fn keeps_triangles(&self, from: &[Vec3], to: &[Vec3], share: f64, flat: f64) -> bool {
+    pub(crate) fn keeps_triangles(
+        &self,
+        from: &[Vec3],
+        to: &[Vec3],
+        share: f64,
+        flat: f64,
+    ) -> bool {
         let triangles = self.sheet.triangles();
         let cross = |x: &[Vec3], t: usize| {
             let [a, b, c] = triangles[t].map(|v| x[v as usize]);

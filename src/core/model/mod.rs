@@ -97,7 +97,7 @@ impl Model {
 
     /// The same with internal variables of effects.
     #[must_use]
-    pub fn owning(mut self, internal: Vec<Box<dyn Internal>>) -> Self {
+    pub(crate) fn owning(mut self, internal: Vec<Box<dyn Internal>>) -> Self {
         self.internal = internal;
         self
     }
@@ -231,7 +231,7 @@ impl Model {
 
     /// Whether lengths and energies say nothing: no effect has an energy, and nothing changes optimal lengths.
     #[must_use]
-    pub fn is_chemistry_alone(&self) -> bool {
+    pub(crate) fn is_chemistry_alone(&self) -> bool {
         let factor = |c: &Chemistry| c.descriptor().capabilities.length_factor;
         !self.moves()
             && self.growth.is_empty()
@@ -242,7 +242,7 @@ impl Model {
     /// Whether the conditions of energies depend on the shape: species on faces that set lengths or spontaneous curvatures,
     /// or that energies read, are carried to vertices with weights of the current shape.
     #[must_use]
-    pub fn conditions_follow_shape(&self) -> bool {
+    pub(crate) fn conditions_follow_shape(&self) -> bool {
         self.chemistry.as_ref().is_some_and(|chemistry| {
             let given = chemistry.descriptor().capabilities;
             let reads = || !self.mechanics.species().is_empty();
@@ -253,7 +253,7 @@ impl Model {
 
     /// Whether any species diffuses.
     #[must_use]
-    pub fn diffuses(&self) -> bool {
+    pub(crate) fn diffuses(&self) -> bool {
         self.chemistry.as_ref().is_some_and(|chemistry| !chemistry.transports().is_empty())
     }
 
@@ -269,7 +269,7 @@ impl Model {
     ///
     /// # Errors
     /// [`ModelError::OutOfRange`] for a value further out, or none at all (NaN).
-    pub fn keep_in_range(
+    pub(crate) fn keep_in_range(
         &self,
         values: &mut [Vec<f64>],
         time: f64,

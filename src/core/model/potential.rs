@@ -90,12 +90,12 @@ impl Potential {
     }
 
     /// Takes the pull towards an earlier shape away.
-    pub fn take_anchor(&mut self) -> Option<Anchor> {
+    pub(crate) fn take_anchor(&mut self) -> Option<Anchor> {
         self.anchor.take()
     }
 
     /// Adds dead forces on the vertices to what acts from now on, in place of those before.
-    pub fn set_hold(&mut self, force: Option<Vec<Vec3>>) {
+    pub(crate) fn set_hold(&mut self, force: Option<Vec<Vec3>>) {
         self.hold = force;
     }
 
@@ -425,7 +425,13 @@ impl Potential {
     }
 
     /// The same, but triangles of less than the quality `flat` may turn over.
-    pub fn allows_turning(&mut self, from: &[Vec3], to: &[Vec3], share: f64, flat: f64) -> bool {
+    pub(crate) fn allows_turning(
+        &mut self,
+        from: &[Vec3],
+        to: &[Vec3],
+        share: f64,
+        flat: f64,
+    ) -> bool {
         if !self.keeps_triangles(from, to, share, flat) {
             return false;
         }
@@ -438,7 +444,13 @@ impl Potential {
 
     /// Whether every triangle keeps `share` of its area from `from` to `to`, and its side unless its quality is less
     /// than `flat`.
-    pub fn keeps_triangles(&self, from: &[Vec3], to: &[Vec3], share: f64, flat: f64) -> bool {
+    pub(crate) fn keeps_triangles(
+        &self,
+        from: &[Vec3],
+        to: &[Vec3],
+        share: f64,
+        flat: f64,
+    ) -> bool {
         let _scope = counters::of_steps(self.mechanics.tally()).scope(0);
         self.mechanics.keeps_triangles(from, to, share, flat)
     }

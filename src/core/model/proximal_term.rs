@@ -28,7 +28,7 @@ pub struct Anchor {
 
 impl Anchor {
     /// Lets fixed directions be where `x` has them: nothing pulls there.
-    pub fn follow_pins(&mut self, mechanics: &Mechanics, x: &[Vec3]) {
+    pub(crate) fn follow_pins(&mut self, mechanics: &Mechanics, x: &[Vec3]) {
         mechanics.keep_pins(x, &mut self.x);
     }
 

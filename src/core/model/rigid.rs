@@ -11,7 +11,7 @@
 mod unhindered;
 
 pub(super) use unhindered::unhindered_at_rest;
-pub use unhindered::{floats, undriven, unhindered};
+pub(crate) use unhindered::{floats, undriven, unhindered};
 
 use nalgebra::{DMatrix, DVector, Matrix6, Rotation3, SymmetricEigen, Vector6};
 
@@ -117,7 +117,12 @@ fn velocity(parameters: &Vector6<f64>, radius: f64) -> impl Fn(Vec3) -> Vec3 + S
 }
 
 /// Moves `x` rigidly by `parameters` (t, ω): turned by the angle |ω|/`radius` about its mean position, then shifted by t.
-pub fn move_rigidly(x: &mut [Vec3], parameters: &Vector6<f64>, radius: f64, reduction: &Reduction) {
+pub(crate) fn move_rigidly(
+    x: &mut [Vec3],
+    parameters: &Vector6<f64>,
+    radius: f64,
+    reduction: &Reduction,
+) {
     let centre = mean(x, reduction);
     let [shift, turn] = shift_and_turn(parameters);
     let rotation = Rotation3::new(turn / radius);
@@ -158,7 +163,7 @@ pub fn align(
 /// As many (vertex, axis) pairs as there are `motions`: fixed there, a sheet has none of them left.
 /// Which ones does not matter to the shape; those are taken that the motions move most.
 #[must_use]
-pub fn minimal_pins(motions: &[Motion], pins: &[[bool; 3]]) -> Vec<(usize, usize)> {
+pub(crate) fn minimal_pins(motions: &[Motion], pins: &[[bool; 3]]) -> Vec<(usize, usize)> {
     let count = motions.len();
     // What the motions with all chosen directions at rest still move.
     let mut basis: Vec<Vector6<f64>> = Vec::new();

@@ -4,19 +4,19 @@ use crate::linear::reserve_scratch;
 use crate::tally::{Meter, Scope, Tally, allocated};
 
 /// Relaxations without their linear algebra.
-pub const RELAXATION: &str = "relaxation: directions, line search";
+pub(crate) const RELAXATION: &str = "relaxation: directions, line search";
 /// Integrators of coupled systems.
 pub const INTEGRATOR: &str = "integrator of coupled systems";
 /// The overdamped motion.
-pub const MOTION: &str = "motion under drag";
+pub(crate) const MOTION: &str = "motion under drag";
 /// The integrator of the chemistry.
-pub const CHEMISTRY: &str = "integrator of the chemistry";
+pub(crate) const CHEMISTRY: &str = "integrator of the chemistry";
 /// The integrator of internal variables.
-pub const INTERNAL: &str = "integrator of internal variables";
+pub(crate) const INTERNAL: &str = "integrator of internal variables";
 /// The settling of a chemistry without time scale.
 pub const SETTLING: &str = "settling of the chemistry";
 /// Explicit steps.
-pub const EXPLICIT: &str = "explicit step";
+pub(crate) const EXPLICIT: &str = "explicit step";
 const FACTORS: &str = "factors of the Hessian";
 const SOLUTIONS: &str = "solutions with the Hessian";
 

@@ -1,7 +1,7 @@
 //! Times at which steps end because something jumps or bends there: laws, ramps and growth that read the time.
 //!
 //! A step leads from just after one breakpoint to just before the next one, so that every evaluation within it is on
-//! one side of a jump; what happens in between is round-off. The state is shown at the breakpoint itself.
+//! one side of a jump; what happens in between is round-off. The state is shown_time at the breakpoint itself.
 
 use crate::effects::EffectSpec;
 use crate::kinetics::breakpoints::{SAMPLES, sampled};
@@ -15,14 +15,14 @@ const MARGIN: f64 = 64.0 * f64::EPSILON;
 /// The same where the time is small, relative to the span.
 const LEAST_MARGIN: f64 = 1e-3 * MARGIN;
 /// Points at which a law is sampled, and values that this takes at most.
-const POINTS: usize = 16;
-const VALUES: usize = 1 << 22;
+const SAMPLE_POINTS: usize = 16;
+const MOST_VALUES: usize = 1 << 22;
 /// Breakpoints of what differs from place to place: more are thinned out.
-const MOST: usize = 100_000;
+const MOST_BREAKPOINTS: usize = 100_000;
 /// Steps over the span where a law that reads the time cannot be sampled.
-const BLIND: usize = 100;
+const BLIND_STEPS: usize = 100;
 /// So many breakpoints are listed.
-const LISTED: usize = 6;
+const MOST_LISTED: usize = 6;
 
 /// The breakpoints of a problem from time 0 to its end.
 #[derive(Debug, Clone, Default)]
@@ -39,8 +39,8 @@ pub struct Breakpoints {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Window {
     pub(super) start: f64,
-    pub(super) goal: f64,
-    pub(super) shown: f64,
+    pub(super) end: f64,
+    pub(super) shown_time: f64,
 }
 
 impl Breakpoints {
@@ -53,7 +53,7 @@ impl Breakpoints {
         let times = effects.into_iter().flat_map(|effect| effect.breakpoints(sheet, until));
         let times = sheet.reduction().gathered(times.collect());
         let mut made = Self { times, until, sampled: false };
-        made.arrange();
+        made.sort_and_merge();
         made
     }
 
@@ -69,12 +69,12 @@ impl Breakpoints {
         }
         let note = of_laws(chemistry, at, self.until, &mut self.times);
         self.times = at.model().sheet().reduction().gathered(std::mem::take(&mut self.times));
-        self.arrange();
+        self.sort_and_merge();
         note
     }
 
     /// Brings the times into their order; those that no step can tell apart are one.
-    fn arrange(&mut self) {
+    fn sort_and_merge(&mut self) {
         let (until, mut times) = (self.until, std::mem::take(&mut self.times));
         times.retain(|time| (0.0..=until).contains(time));
         times.sort_unstable_by(f64::total_cmp);
@@ -83,8 +83,8 @@ impl Breakpoints {
                 self.times.push(time);
             }
         }
-        if self.times.len() > MOST {
-            let step = self.times.len().div_ceil(MOST);
+        if self.times.len() > MOST_BREAKPOINTS {
+            let step = self.times.len().div_ceil(MOST_BREAKPOINTS);
             self.times = self.times.iter().step_by(step).copied().collect();
         }
     }
@@ -107,7 +107,7 @@ impl Breakpoints {
 
     /// The step from `time` that passes neither `until` nor a breakpoint.
     pub(super) fn window(&self, time: f64, until: f64) -> Window {
-        let mut window = Window { start: time, goal: until, shown: until };
+        let mut window = Window { start: time, end: until, shown_time: until };
         let from = self.times.partition_point(|other| *other < time);
         for breakpoint in &self.times[from.saturating_sub(1)..] {
             let margin = self.margin(*breakpoint);
@@ -115,16 +115,16 @@ impl Breakpoints {
                 window.start = breakpoint.max(time) + margin;
             } else if *breakpoint > time {
                 if self.is_at(*breakpoint, until) {
-                    window.goal = breakpoint.min(until) - margin;
+                    window.end = breakpoint.min(until) - margin;
                 } else if *breakpoint < until {
-                    (window.goal, window.shown) = (breakpoint - margin, *breakpoint);
+                    (window.end, window.shown_time) = (breakpoint - margin, *breakpoint);
                 }
                 break;
             }
         }
         // Of what is shorter nothing is left.
-        if window.goal <= window.start {
-            Window { start: time, goal: until, shown: until }
+        if window.end <= window.start {
+            Window { start: time, end: until, shown_time: until }
         } else {
             window
         }
@@ -137,8 +137,8 @@ impl Breakpoints {
             return None;
         }
         let first: Vec<String> =
-            self.times.iter().take(LISTED).map(|t| Short(*t).to_string()).collect();
-        let more = match self.times.len().saturating_sub(LISTED) {
+            self.times.iter().take(MOST_LISTED).map(|t| Short(*t).to_string()).collect();
+        let more = match self.times.len().saturating_sub(MOST_LISTED) {
             0 => String::new(),
             more => format!(" and {more} more"),
         };
@@ -178,10 +178,10 @@ fn of_laws(
             // All is known already of what has no values for reasons of its own.
             None if known => None,
             None => {
-                times.extend((1..BLIND).map(|k| until * real(k) / real(BLIND)));
+                times.extend((1..BLIND_STEPS).map(|k| until * real(k) / real(BLIND_STEPS)));
                 Some(format!(
                     "{name} reads the time but has no values at later times with the species of the start: its jumps are \
-                     not known, and steps end at {BLIND} equal parts of the span"
+                     not known, and steps end at {BLIND_STEPS} equal parts of the span"
                 ))
             }
         }
@@ -192,7 +192,8 @@ fn of_laws(
 fn rates_at(kinetics: &dyn Kinetics, batch: &Batch<'_>, times: &[f64]) -> Option<Vec<Vec<f64>>> {
     let descriptor = kinetics.descriptor();
     let species = descriptor.species.len().max(1);
-    let points = POINTS.min(VALUES / (2 * species * SAMPLES)).clamp(1, batch.count.max(1));
+    let points =
+        SAMPLE_POINTS.min(MOST_VALUES / (2 * species * SAMPLES)).clamp(1, batch.count.max(1));
     let chosen: Vec<usize> = (0..points).map(|k| k * batch.count / points).collect();
     let count = chosen.len() * times.len();
     let spread = |column: &Column<'_>| -> Vec<f64> {

@@ -33,7 +33,7 @@ pub use law::IsolatedKinetics;
 use reply::About;
 
 /// First argument of a program that is to serve a plugin.
-const WORD: &str = "isolated-plugin";
+const SERVE_ARGUMENT: &str = "isolated-plugin";
 
 /// Whether this program serves plugins when it is asked to.
 static SERVES: AtomicBool = AtomicBool::new(false);
@@ -73,7 +73,7 @@ impl Isolation {
 pub fn serve_if_asked() {
     SERVES.store(true, Ordering::Relaxed);
     let mut arguments = std::env::args_os().skip(1);
-    if arguments.next().is_some_and(|word| word == WORD) {
+    if arguments.next().is_some_and(|word| word == SERVE_ARGUMENT) {
         let lanes = arguments.next().and_then(|n| n.to_str()?.parse().ok());
         serve::serve(lanes.unwrap_or(1));
     }

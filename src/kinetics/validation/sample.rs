@@ -31,7 +31,7 @@ impl Samples {
 
     /// As [`Samples::new`], for what observables read.
     #[must_use]
-    pub fn observing(descriptor: &Descriptor, count: usize, seed: u64) -> Self {
+    pub(crate) fn observing(descriptor: &Descriptor, count: usize, seed: u64) -> Self {
         Self::reading(descriptor, &descriptor.observed, count, seed)
     }
 

@@ -10,13 +10,13 @@ use crate::{Batch, Kinetics, KineticsError};
 
 /// Calls at one point, each compared with the first; fewer of a law that takes its time.
 const CALLS: usize = 10_000;
-const PATIENCE: Duration = Duration::from_secs(2);
+const TIME_LIMIT: Duration = Duration::from_secs(2);
 /// Rounds of that many calls; memory that grows in all but the first by so many bytes is lost.
 const ROUNDS: usize = 4;
-const LOST: u64 = 64 << 10;
+const LEAK_THRESHOLD: u64 = 64 << 10;
 
 /// Calls the rates at the first point of the batch again and again.
-pub(super) fn look(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Check {
+pub(super) fn check(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Check {
     let species = kinetics.descriptor().species.len();
     let rates = || -> Result<Columns, KineticsError> {
         let mut rates = Columns::new(species, 1);
@@ -28,7 +28,7 @@ pub(super) fn look(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Check {
     let mut memory = Vec::with_capacity(ROUNDS);
     for _ in 0..ROUNDS {
         for _ in 0..CALLS / ROUNDS {
-            if begin.elapsed() > PATIENCE {
+            if begin.elapsed() > TIME_LIMIT {
                 return Ok(Verdict::Good(format!("{calls} calls at one point")));
             }
             calls += 1;
@@ -41,7 +41,7 @@ pub(super) fn look(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Check {
         // Of a process that others use as well it says nothing.
         memory.extend(private_resident_bytes().filter(|_| is_checked()));
     }
-    let grows = |pair: &[u64]| pair[1].saturating_sub(pair[0]) >= LOST;
+    let grows = |pair: &[u64]| pair[1].saturating_sub(pair[0]) >= LEAK_THRESHOLD;
     if memory.len() == ROUNDS && memory.windows(2).all(grows) {
         let lost = (memory[ROUNDS - 1] - memory[0]) / (CALLS - CALLS / ROUNDS) as u64;
         return Ok(Verdict::Fault(format!(

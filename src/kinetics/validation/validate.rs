@@ -72,7 +72,7 @@ pub fn validate(
         samples.with(true, |batch| determinism::threads(kinetics, batch))?;
         good("8 threads")
     });
-    run("many calls", &|| few.with(true, |batch| soak::look(kinetics, batch)));
+    run("many calls", &|| few.with(true, |batch| soak::check(kinetics, batch)));
     run("derivatives", &|| wrong_derivatives(kinetics, samples));
     run("observables", &|| checks.observables());
     run("writes only where it may", &|| checks.coverage());

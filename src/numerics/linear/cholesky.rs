@@ -170,7 +170,7 @@ impl FrugalCholesky {
 
     /// Bytes of the factor.
     #[must_use]
-    pub fn factor_bytes(&self) -> usize {
+    pub(crate) fn factor_bytes(&self) -> usize {
         self.single.as_ref().map_or(0, |f| 4 * f.factor_size())
             + self.double.as_ref().map_or(0, |f| 8 * f.factor_size())
     }

@@ -75,7 +75,7 @@ impl OdeMethod {
 
     /// Whether it solves linear systems.
     #[must_use]
-    pub fn is_implicit(self) -> bool {
+    pub(crate) fn is_implicit(self) -> bool {
         self != Self::Tsit45
     }
 }

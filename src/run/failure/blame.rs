@@ -11,7 +11,7 @@ use crate::solve::SolveError;
 #[derive(Debug, Default)]
 pub(super) struct Blame {
     /// A law, an effect or a species, in words.
-    pub(super) who: Vec<String>,
+    pub(super) causes: Vec<String>,
     /// A triangle.
     pub(super) triangle: Option<usize>,
     /// A vertex.
@@ -19,7 +19,7 @@ pub(super) struct Blame {
     /// A point where species live.
     pub(super) point: Option<usize>,
     /// Whether the place is one that the error names; otherwise it is where the residual is largest.
-    pub(super) named: bool,
+    pub(super) is_named: bool,
 }
 
 impl Blame {
@@ -31,7 +31,7 @@ impl Blame {
             Error::Solve(error) => blame.solver(error),
             _ => {}
         }
-        blame.named = blame.vertex.is_some() || blame.triangle.is_some();
+        blame.is_named = blame.vertex.is_some() || blame.triangle.is_some();
         let on_faces = simulation
             .model()
             .chemistry()
@@ -42,7 +42,7 @@ impl Blame {
         {
             blame.vertex = simulation.sheet().triangles().get(t).map(|corners| corners[0] as usize);
         }
-        if !blame.named {
+        if !blame.is_named {
             let stuck = simulation.stepper.workspace.stuck().cloned();
             blame.vertex = strongest(simulation, stuck.as_ref());
         }
@@ -63,9 +63,9 @@ impl Blame {
             KineticsError::BadOutput(bad) => Some(bad.law.clone()),
             _ => None,
         };
-        self.who.extend(law);
+        self.causes.extend(law);
         if let KineticsError::BadOutput(bad) = error {
-            self.who.push(bad.quantity.clone());
+            self.causes.push(bad.quantity.clone());
         }
         if let Some(site) = error.site() {
             match site.location {
@@ -80,13 +80,13 @@ impl Blame {
         match error {
             SolveError::Collapsed { triangle, .. } => self.triangle = Some(*triangle),
             SolveError::EffectNotFinite { effect, .. } => {
-                self.who.push(format!("effect {effect}"));
+                self.causes.push(format!("effect {effect}"));
             }
             SolveError::Constraint { constraint, .. } => {
-                self.who.push(format!("constraint {constraint}"));
+                self.causes.push(format!("constraint {constraint}"));
             }
             SolveError::Model(ModelError::OutOfRange { species, location, point, .. }) => {
-                self.who.push(format!("species {species}"));
+                self.causes.push(format!("species {species}"));
                 match location {
                     Location::Vertex => self.vertex = Some(*point),
                     _ => self.triangle = Some(*point),

@@ -59,14 +59,14 @@ fn facts(
     fact("last good step", step.to_string());
     fact("policy", scene.time.policy.name().to_owned());
     fact("integrator", scene.time.integrator.name());
-    if !blame.who.is_empty() {
-        fact("to blame", blame.who.join(", "));
+    if !blame.causes.is_empty() {
+        fact("to blame", blame.causes.join(", "));
     }
     if let Error::Broken(broken) = error {
         fact("to blame", broken.law.clone());
         fact("where", broken.place.clone());
     } else if let Some(place) = blame.place(simulation, x) {
-        let what = if blame.named { "where" } else { "where the residual is largest" };
+        let what = if blame.is_named { "where" } else { "where the residual is largest" };
         fact(what, place);
     }
     if let Some(crossings) = self_intersection::of(simulation) {

@@ -9,7 +9,7 @@ use rumple_numerics::Vec3;
 use rumple_numerics::num::index;
 
 /// Statements about looks, groups and names: no part of the geometry of a sheet.
-const LEFT_ASIDE: [&str; 11] =
+const IGNORED_STATEMENTS: [&str; 11] =
     ["vn", "vt", "vp", "g", "o", "s", "usemtl", "mtllib", "l", "p", "maplib"];
 
 /// Reads the text of an OBJ file.
@@ -39,14 +39,14 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
                 faces.push(corners);
                 face_lines.push(index(number));
             }
-            Some(word) => match LEFT_ASIDE.iter().find(|&&known| known == word) {
+            Some(word) => match IGNORED_STATEMENTS.iter().find(|&&known| known == word) {
                 Some(known) => *aside.entry(known).or_default() += 1,
                 None => {
                     let short: String = word.chars().take(20).collect();
                     return Err(format!(
                         "line {number}: \"{short}\" is not a statement of an OBJ file (v, f, {}, \
                          or # are known)",
-                        LEFT_ASIDE.join(", ")
+                        IGNORED_STATEMENTS.join(", ")
                     ));
                 }
             },

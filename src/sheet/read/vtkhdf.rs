@@ -4,7 +4,7 @@ use std::fs::File;
 use std::path::Path;
 
 use rumple_numerics::Vec3;
-use rumple_vtkhdf::{Arrays, FrameReader};
+use rumple_vtkhdf::{FieldValues, FrameReader};
 
 use crate::Surface;
 use crate::surface::Array;
@@ -29,7 +29,7 @@ pub(super) fn surface(path: &Path, frame: Option<usize>) -> Result<Surface, Stri
     let frame = frame.unwrap_or(last);
     let points = reader.points(frame)?.into_iter().map(Vec3::from).collect();
     let [point, cell, _] = reader.arrays(frame)?;
-    let array = |a: Arrays| Array { name: a.name, components: a.components, values: a.values };
+    let array = |a: FieldValues| Array { name: a.name, components: a.components, values: a.values };
     Ok(Surface {
         path: Some(path.to_owned()),
         points,

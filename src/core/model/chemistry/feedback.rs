@@ -31,7 +31,7 @@ impl Chemistry {
     ///
     /// # Errors
     /// As for [`Chemistry::curvature`].
-    pub fn curvature_slopes(
+    pub(crate) fn curvature_slopes(
         &self,
         sheet: &Sheet,
         surface: &Surface,

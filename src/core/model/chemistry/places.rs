@@ -70,7 +70,7 @@ impl Chemistry {
     }
 
     /// Hands the points whose values make up the value at `vertex` to `each`, with their shares.
-    pub fn sources_of_vertex(
+    pub(crate) fn sources_of_vertex(
         sheet: &Sheet,
         surface: &Surface,
         vertex: usize,

@@ -91,7 +91,7 @@ impl Coupled {
     }
 
     /// Lets ∂F/∂y be made for an incomplete factor alone, where it can be: before it is evaluated first.
-    pub fn solved_incompletely(&mut self) {
+    pub(crate) fn solved_incompletely(&mut self) {
         self.jacobian.in_strips = true;
     }
 
@@ -164,7 +164,7 @@ impl Coupled {
 
     /// Lets what no unknown stands for go along `course`: the species of [`Part::Shape`], the signals of
     /// [`Part::Chemistry`].
-    pub fn set_course(&mut self, course: TimeCourse) {
+    pub(crate) fn set_course(&mut self, course: TimeCourse) {
         self.course = Some(course);
     }
 

@@ -35,7 +35,10 @@ impl Potential {
     }
 
     /// Sets internal variables and what laws give, which effects read under the next conditions that are set.
-    pub fn set_fields<'a>(&mut self, values: impl Iterator<Item = (&'static str, &'a Vec<f64>)>) {
+    pub(crate) fn set_fields<'a>(
+        &mut self,
+        values: impl Iterator<Item = (&'static str, &'a Vec<f64>)>,
+    ) {
         let mut count = 0;
         for (k, (name, values)) in values.enumerate() {
             match self.internal.get_mut(k) {

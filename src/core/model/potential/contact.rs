@@ -33,7 +33,7 @@ impl Potential {
 
     /// Whether all effects let the shape `from`, at rest at the time `since`, pass along straight lines to `to` at the
     /// time in force.
-    pub fn allows_path(&mut self, (from, since): (&[Vec3], f64), to: &[Vec3]) -> bool {
+    pub(crate) fn allows_path(&mut self, (from, since): (&[Vec3], f64), to: &[Vec3]) -> bool {
         let Self { mechanics, metric, time, work, .. } = self;
         let shape = Shape { sheet: mechanics.sheet(), metric, time: since, x: from };
         let moves = |term: &EnergyTerm| term.coupling().limits_steps && term.depends_on_time();

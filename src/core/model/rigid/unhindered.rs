@@ -31,7 +31,7 @@ const FAR: f64 = 0.1;
 
 /// The rigid motions of `x` that neither pins nor forces hinder, orthonormal; the gradient of the energy there is `gradient`
 /// and counts as 0 below `tolerance`.
-pub fn unhindered(
+pub(crate) fn unhindered(
     potential: &mut Potential,
     x: &[Vec3],
     gradient: &[Vec3],
@@ -80,7 +80,7 @@ pub(in crate::model) fn unhindered_at_rest(mechanics: &Arc<Mechanics>) -> Vec<Mo
 }
 
 /// Whether the sheet floats at `x`: it can be moved rigidly, as pins let it, without forces above the `tolerance`.
-pub fn floats(potential: &mut Potential, x: &[Vec3], tolerance: f64) -> bool {
+pub(crate) fn floats(potential: &mut Potential, x: &[Vec3], tolerance: f64) -> bool {
     let reduction = potential.reduction().clone();
     let (motions, radius) = free_motions(x, potential.pins(), &reduction, |_| 1.0);
     let mechanics = potential.mechanics();
@@ -107,7 +107,7 @@ pub fn floats(potential: &mut Potential, x: &[Vec3], tolerance: f64) -> bool {
 
 /// The rigid motions of `x` that pins leave free and along which no force acts, orthonormal, and R: those that pins leave
 /// free, without the one combination along which `gradient` is above `tolerance`.
-pub fn undriven(
+pub(crate) fn undriven(
     potential: &Potential,
     x: &[Vec3],
     gradient: &[Vec3],

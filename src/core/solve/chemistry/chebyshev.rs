@@ -63,7 +63,7 @@ pub struct Chebyshev {
 
 impl Chebyshev {
     /// Sums errors by `reduction`, with so many unknowns `per_point`, one point after the other.
-    pub fn sum_over(&mut self, reduction: &Reduction, per_point: usize) {
+    pub(crate) fn sum_over(&mut self, reduction: &Reduction, per_point: usize) {
         self.over = (reduction.clone(), per_point);
     }
 

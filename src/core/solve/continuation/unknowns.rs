@@ -15,7 +15,7 @@ pub struct Unknowns {
 impl Unknowns {
     /// As many zeros.
     #[must_use]
-    pub fn zeros_like(&self) -> Self {
+    pub(crate) fn zeros_like(&self) -> Self {
         let species = self.species.iter().map(|values| vec![0.0; values.len()]).collect();
         Self { x: vec![Vec3::zeros(); self.x.len()], species }
     }

@@ -16,7 +16,8 @@ mod shape;
 use std::fmt;
 
 pub use chemistry::{explicit_limit, runaway, too_long};
-pub use shape::{blows_up, collapse, needle, relaxation, stretched, unbounded, unheld};
+pub(crate) use shape::unheld;
+pub use shape::{blows_up, collapse, needle, relaxation, stretched, unbounded};
 
 /// What kept work from its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

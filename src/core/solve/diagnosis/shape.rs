@@ -68,7 +68,7 @@ pub fn needle(potential: &Potential) -> Option<Diagnosis> {
 }
 
 /// The force on the whole sheet, where nothing holds it.
-pub fn unheld(potential: &mut Potential, x: &[Vec3], tolerance: f64) -> Option<Diagnosis> {
+pub(crate) fn unheld(potential: &mut Potential, x: &[Vec3], tolerance: f64) -> Option<Diagnosis> {
     // A pull towards an earlier shape holds it.
     if potential.anchor().is_some() {
         return None;

@@ -23,13 +23,13 @@ use crate::solve::{Control, SolveError};
 /// square of it.
 const TOLERANCE: f64 = 1e-9;
 /// Vectors kept before starting again from the best: memory against speed.
-const LONGEST: usize = 100;
+const LONGEST_BASIS: usize = 100;
 /// Starts before giving up.
-const STARTS: usize = 40;
+const MOST_STARTS: usize = 40;
 /// Steps between two tests of convergence.
-const LOOK: usize = 5;
+const TEST_INTERVAL: usize = 5;
 /// Relative length below which the Krylov space is exhausted.
-const EXHAUSTED: f64 = 1e-13;
+const EXHAUSTED_LENGTH: f64 = 1e-13;
 
 /// The operator, restricted to the complement of rigid motions.
 struct Pencil<'p, 'a> {
@@ -50,11 +50,11 @@ impl Pencil<'_, '_> {
         let mass = self.restricted.mass();
         let mut w: Vec<Vec3> = (0..v.len()).map(|i| mass[i] * v[i]).collect();
         self.restricted.solve(&mut w);
-        self.hold(&mut w);
+        self.fix_pins(&mut w);
         w
     }
 
-    fn hold(&self, v: &mut [Vec3]) {
+    fn fix_pins(&self, v: &mut [Vec3]) {
         let pins = self.pins;
         parallel::update(v, |i, v| {
             for a in 0..3 {
@@ -66,7 +66,11 @@ impl Pencil<'_, '_> {
     }
 
     /// Makes `w` orthogonal to `others`, which are orthonormal.
-    fn clean<'v>(&self, w: &mut [Vec3], others: impl Iterator<Item = &'v Vec<Vec3>> + Clone) {
+    fn orthogonalise<'v>(
+        &self,
+        w: &mut [Vec3],
+        others: impl Iterator<Item = &'v Vec<Vec3>> + Clone,
+    ) {
         for _ in 0..2 {
             for v in others.clone() {
                 let share = self.inner(v, w);
@@ -100,7 +104,7 @@ pub(super) fn smallest(
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let mut found: Vec<Pair> = Vec::new();
     let mut start: Option<Vec<Vec3>> = None;
-    for _ in 0..STARTS {
+    for _ in 0..MOST_STARTS {
         let first = start.take().unwrap_or_else(|| {
             (0..pins.len()).map(|_| Vec3::from_fn(|_, _| random.random_range(-1.0..=1.0))).collect()
         });
@@ -172,28 +176,30 @@ fn cycle(
     control: &Control,
 ) -> Result<Cycle, SolveError> {
     let mut v = first;
-    pencil.hold(&mut v);
+    pencil.fix_pins(&mut v);
     let raw = pencil.inner(&v, &v).sqrt();
-    pencil.clean(&mut v, locked.iter().copied());
+    pencil.orthogonalise(&mut v, locked.iter().copied());
     let nothing = Cycle { pairs: Vec::new(), best: None, exhausted: true };
-    if !(pencil.normalise(&mut v) > EXHAUSTED * raw) {
+    if !(pencil.normalise(&mut v) > EXHAUSTED_LENGTH * raw) {
         return Ok(nothing);
     }
     let mut basis = vec![v];
     let (mut alpha, mut beta): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
     loop {
         control.check()?;
-        control.report(|| format!("softest modes: {} vectors of at most {LONGEST}", basis.len()));
+        control.report(|| {
+            format!("softest modes: {} vectors of at most {LONGEST_BASIS}", basis.len())
+        });
         let last = &basis[basis.len() - 1];
         let mut w = pencil.apply(last);
         let size = pencil.inner(&w, &w).sqrt();
         alpha.push(pencil.inner(last, &w));
-        pencil.clean(&mut w, locked.iter().copied().chain(&basis));
+        pencil.orthogonalise(&mut w, locked.iter().copied().chain(&basis));
         let length = pencil.normalise(&mut w);
         let m = alpha.len();
-        let exhausted = !(length > EXHAUSTED * size);
-        let full = m >= LONGEST.max(2 * wanted);
-        if exhausted || full || m.is_multiple_of(LOOK) {
+        let exhausted = !(length > EXHAUSTED_LENGTH * size);
+        let full = m >= LONGEST_BASIS.max(2 * wanted);
+        if exhausted || full || m.is_multiple_of(TEST_INTERVAL) {
             let (eigen, order) = ritz(&alpha, &beta);
             let is_converged = |k: &&usize| {
                 let theta = eigen.eigenvalues[**k];
@@ -204,7 +210,7 @@ fn cycle(
             if converged == wanted || exhausted || full {
                 let vector = |k: usize| {
                     let mut sum = combination(&basis, |j| eigen.eigenvectors[(j, k)]);
-                    pencil.clean(&mut sum, locked.iter().copied());
+                    pencil.orthogonalise(&mut sum, locked.iter().copied());
                     pencil.normalise(&mut sum);
                     sum
                 };

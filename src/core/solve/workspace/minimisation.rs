@@ -86,7 +86,7 @@ impl Workspace {
     ///
     /// # Errors
     /// As for [`Workspace::relax`].
-    pub fn relax_once(&mut self, state: &mut State) -> Result<Relaxation> {
+    pub(crate) fn relax_once(&mut self, state: &mut State) -> Result<Relaxation> {
         self.minimise(state, Minimisation::default())
     }
 
@@ -95,7 +95,7 @@ impl Workspace {
     ///
     /// # Errors
     /// As for [`Workspace::relax`].
-    pub fn relax_anchored(
+    pub(crate) fn relax_anchored(
         &mut self,
         state: &mut State,
         anchor: Anchor,

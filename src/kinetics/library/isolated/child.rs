@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use super::super::signal_meaning;
 use super::memory::{ANSWERED, ASKED, CALLS, IDLE, LOCATIONS, Lane, Memory};
 use super::reply::CallProblem;
-use super::{Isolation, WORD};
+use super::{Isolation, SERVE_ARGUMENT};
 use crate::KineticsError;
 use crate::descriptor::{Descriptor, Location};
 
@@ -65,7 +65,7 @@ impl Process {
         let (socket, end) = UnixStream::pair()?;
         let mut command = Command::new(&isolation.program);
         // The two files come in the places of standard input and output: nothing else is inherited.
-        command.arg(WORD).arg(lanes.to_string());
+        command.arg(SERVE_ARGUMENT).arg(lanes.to_string());
         command.stdin(memory.file().try_clone()?).stdout(OwnedFd::from(end));
         // Ctrl-C is for the parent; and what the plugin starts can be ended with it.
         command.process_group(0);

@@ -9,7 +9,7 @@ use smallvec::SmallVec;
 use super::memory::Lane;
 
 /// Bytes of a line of the cache.
-const LINE: usize = 64;
+const CACHE_LINE: usize = 64;
 const WORD: usize = size_of::<u64>();
 
 /// Where the columns are: offset into the data, and values.
@@ -28,16 +28,17 @@ impl Columns {
         outputs: usize,
         count: usize,
     ) -> Option<Self> {
-        let mut bytes = vary.len().checked_mul(WORD)?.checked_next_multiple_of(LINE)?;
+        let mut bytes = vary.len().checked_mul(WORD)?.checked_next_multiple_of(CACHE_LINE)?;
         let mut next = |values: usize, margin: usize| -> Option<(usize, usize)> {
             let start = bytes;
             let end = start.checked_add(values.checked_mul(WORD)?)?;
-            bytes = end.checked_next_multiple_of(LINE)?.checked_add(margin)?;
+            bytes = end.checked_next_multiple_of(CACHE_LINE)?.checked_add(margin)?;
             Some((start, values))
         };
         let inputs =
             vary.map(|v| next(if v { count } else { 1 }, 0)).collect::<Option<SmallVec<_>>>()?;
-        let outputs = (0..outputs).map(|_| next(count, LINE)).collect::<Option<SmallVec<_>>>()?;
+        let outputs =
+            (0..outputs).map(|_| next(count, CACHE_LINE)).collect::<Option<SmallVec<_>>>()?;
         Some(Self { inputs, outputs, bytes })
     }
 
