@@ -219,8 +219,7 @@ fn cycle(
                 };
                 let pairs: Vec<Pair> = order[..converged].iter().map(pair).collect();
                 let best = (converged == 0).then(|| vector(order[0]));
-                // An exhausted space of fewer vectors than wanted holds all there are only if no
-                // eigenvalue is multiple; the next start finds what is left.
+                // Multiple eigenvalues have one vector in an exhausted space; the next start finds the others.
                 let exhausted = exhausted && converged == 0;
                 return Ok(Cycle { pairs, best, exhausted });
             }
