@@ -19,7 +19,7 @@ use super::pairs::{Pair, Range};
 
 /// Up to this share of all clusters are asked alone.
 const FEW: f64 = 0.25;
-/// The place of `x` on a step is found from every so manieth vertex.
+/// The place of `x` on a step is found from one vertex in so many.
 const SAMPLE: usize = 16;
 /// A list serves where every vertex may go so much further, in mean edges: shapes on the way of a step differ from
 /// `x + s d` by round-off.
