@@ -1,5 +1,6 @@
 //! Whether a sheet passes through itself: pairs of triangles that cross, and closed sheets turned inside out, looked
 //! for at every frame and at the end of a run. Without the effect `contact` a sheet does not feel itself, and such shapes are no results.
+//! Nor are those inside of an obstacle, where pins win.
 
 use super::observe::{Observer, StepInfo};
 use super::{Result, Simulation};
@@ -21,6 +22,8 @@ pub(super) struct Intersections {
     /// What is to be said of it, once in a run.
     news: Option<String>,
     told: bool,
+    /// Whether it was said that the sheet is inside of an obstacle.
+    entered: bool,
 }
 
 impl Intersections {
@@ -50,9 +53,28 @@ impl Observer for Intersections {
             self.told = true;
             let time = Short(state.time);
             self.news = Some(format!("warning: time {time}: {words}{place}; {ADVICE}"));
+        } else if let Some(words) = inside_obstacle(at)?.filter(|_| !self.entered) {
+            self.entered = true;
+            self.news = Some(format!("warning: time {}: {words}", Short(at.state().time)));
         }
         Ok(())
     }
+}
+
+/// What there is to be said of a sheet that is inside of an obstacle.
+fn inside_obstacle(at: &mut Evaluation<'_>) -> Result<Option<String>> {
+    let (model, x) = (at.model(), at.state().x.clone());
+    for k in model.mechanics().contacts() {
+        let depth = at.potential()?.touching(k, &x).map_or(0.0, |touching| -touching.gap);
+        if depth > 0.0 {
+            let name = model.mechanics().names().nth(k).unwrap_or_default();
+            let depth = format!("{depth:.2e}");
+            return Ok(Some(format!(
+                "the sheet is inside of the {name} by up to {depth}: pins, or another obstacle, hold it there, or it started there"
+            )));
+        }
+    }
+    Ok(None)
 }
 
 /// What there is to be said of the last good state of a simulation, with the place; none where its sheet does not

@@ -49,6 +49,31 @@ fn a_run_tells_that_the_sheet_passes_through_itself() {
     assert!(!said.contains("passes through itself"));
 }
 
+/// A plane rose through a disc with a pinned boundary, and it ended with code 0 and no word.
+#[test]
+fn a_run_tells_that_pins_hold_the_sheet_inside_an_obstacle() {
+    let scene = r#"
+        sheet = { shape = "disc", radius = 4.0, vertices = 200 }
+        material = { young = 1000.0, poisson = 0.3, thickness = 0.1 }
+        time = { until = 1.0, integrator = { longest_step = 0.25 } }
+        output.every = 0.5
+        effect = [
+            { kind = "stretching" },
+            { kind = "bending" },
+            { kind = "pin", where = "rim", axes = "xyz" },
+            { kind = "obstacle", shape = { plane = { point = [0, 0, -0.6], normal = [0, 0, 1] } }, displacement = [0, 0, 1], ramp = { formula = "t" } },
+        ]
+    "#;
+    let directory = folder(scene);
+    let (_, errors, _) = ran(directory.path(), 0, &[]);
+    let words = "warning: time 1: the sheet is inside of the obstacle by up to 4.00e-1";
+    assert_eq!(errors.matches("inside of").count(), 1, "{errors}");
+    assert!(errors.contains(words), "{errors}");
+    let directory = folder(scene);
+    let (_, errors, _) = ran(directory.path(), 0, &["time.until=0.4", "output.every=0.4"]);
+    assert!(!errors.contains("inside of"), "{errors}");
+}
+
 #[test]
 fn sweeps_and_comparisons_name_members_whose_sheet_passes_through_itself() {
     let directory = folder(&fs::read_to_string("models/hard/pushed.toml").unwrap());

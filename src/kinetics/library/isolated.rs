@@ -102,10 +102,10 @@ impl IsolatedLibrary {
             let text = format!("no process can be started for {path} by {program}: {error}");
             KineticsError::Isolated(text)
         })?;
-        let told = process.ask_in_words("loading", 0, &path.to_string_lossy(), None)?;
+        let told = process.exchange_text("loading", 0, &path.to_string_lossy(), None)?;
         let about: About =
             serde_json::from_str(&told).map_err(|_| process.invalid_answer("loading"))?;
-        process.name(&about.descriptor.name);
+        process.set_name(&about.descriptor.name);
         Ok(Arc::new(Self { process, about }))
     }
 

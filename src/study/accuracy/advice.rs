@@ -196,16 +196,16 @@ fn neighbours(study: &Study, case: &Case, point: &Point, quantity: Quantity) -> 
         if study.curves.get(point.curve).is_some_and(|c| c.fixed_steps) { "steps" } else { "at" };
     let said = |p: &Point| -> Option<String> {
         let (error, seconds) = (p.error(quantity)?, p.seconds()?);
-        let tolerance = Power(p.tolerance);
+        let tolerance = Scientific(p.tolerance);
         Some(format!("; {what} {tolerance} {} for {}", time(seconds), percent(error)))
     };
     [looser, tighter].into_iter().flatten().filter_map(said).collect()
 }
 
 /// A tolerance, as 3e-2.
-pub(super) struct Power(pub(super) f64);
+pub(super) struct Scientific(pub(super) f64);
 
-impl std::fmt::Display for Power {
+impl std::fmt::Display for Scientific {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         // Without what rounding leaves behind.
         let text = format!("{:.3e}", self.0);
@@ -218,13 +218,13 @@ impl std::fmt::Display for Power {
 pub(super) fn described(study: &Study, point: &Point) -> String {
     let curve = study.curves.get(point.curve);
     let name = curve.map_or("", |c| c.name.as_str());
-    let tolerance = Power(point.tolerance);
+    let tolerance = Scientific(point.tolerance);
     let mut text = match curve.is_some_and(|c| c.fixed_steps) {
         true => format!("{name}, steps of {tolerance} of the whole time"),
         false => format!("{name}, rtol {tolerance}"),
     };
     if let Some(force) = point.force {
-        text += &format!(", force tolerance {}", Power(force));
+        text += &format!(", force tolerance {}", Scientific(force));
     }
     text
 }

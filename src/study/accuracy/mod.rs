@@ -31,7 +31,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use self::advice::Power;
+use self::advice::Scientific;
 use self::errors::{Case, Point};
 use self::peers::PeerRecord;
 use self::policies::Policies;
@@ -223,7 +223,7 @@ impl Study {
                 continue;
             }
             let PeerRecord { integrator, tolerance, fixed_steps, .. } = peer.record;
-            let point = format!("{integrator}, {}", Power(tolerance));
+            let point = format!("{integrator}, {}", Scientific(tolerance));
             let known = study.curves.iter().position(|line| line.name == integrator);
             let curve = known.unwrap_or(study.curves.len());
             if known.is_none() {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::advice::Power;
+use super::advice::Scientific;
 use super::reference::watched;
 use super::{IntegratorCurve, Quantity, Role, Study};
 use crate::kinetics::Search;
@@ -235,8 +235,8 @@ impl Base<'_> {
                     let mut sets = vec![choice.at(self.scene, &self.set, *at)?];
                     sets.extend(force.map(forced));
                     let tolerance = at.get();
-                    let mut name = format!("{}, {}", choice.name, Power(tolerance));
-                    name.extend(force.map(|force| format!(", forces {}", Power(force))));
+                    let mut name = format!("{}, {}", choice.name, Scientific(tolerance));
+                    name.extend(force.map(|force| format!(", forces {}", Scientific(force))));
                     planned.push((Role::Point { curve, tolerance, force }, name, sets));
                 }
             }
@@ -270,7 +270,7 @@ impl Base<'_> {
             let Some(tolerance) = Positive::new(tolerance) else { continue };
             let mut sets = vec![choice.at(self.scene, &self.set, tolerance)?];
             sets.extend(force.map(|f| forced(f.min((TIGHTER_FORCES * f).max(LEAST_FORCE)))));
-            let name = format!("{}, {}", choice.name, Power(tolerance.get()));
+            let name = format!("{}, {}", choice.name, Scientific(tolerance.get()));
             let method = choice.method().to_owned();
             let title = format!("reference: {name}");
             planned.push((Role::Reference { name, method }, title, sets));

@@ -1,6 +1,6 @@
 //! The plots of a study.
 
-use super::advice::{Power, percent, subject};
+use super::advice::{Scientific, percent, subject};
 use super::errors::{Case, Point};
 use super::page::Drawing;
 use super::policies::Policies;
@@ -269,7 +269,7 @@ fn by_force_tolerance(study: &Study, case: &Case) -> Figure {
     };
     let panels = Quantity::FIELDS.into_iter().filter_map(panel).collect();
     let name = study.curves.first().map_or("", |c| c.name.as_str());
-    let names = tolerances.iter().map(|t| format!("{name}, {}", Power(*t))).collect();
+    let names = tolerances.iter().map(|t| format!("{name}, {}", Scientific(*t))).collect();
     Figure { names, guides: 0, marks: Vec::new(), panels, columns: 2 }
 }
 

@@ -54,7 +54,7 @@ impl RankJob<'_> {
             format!("#SBATCH --job-name=\"{}\"", slurm::job_name(&self.scene)),
             format!("#SBATCH --ntasks={}", self.ranks),
             format!("#SBATCH --cpus-per-task={}", self.threads),
-            format!("#SBATCH --output=\"{}.log\"", slurm::in_file_name(&root)),
+            format!("#SBATCH --output=\"{}.log\"", slurm::escaped_log_path(&root)),
             "#SBATCH --open-mode=append".to_owned(),
             format!("#SBATCH --signal=B:TERM@{}", slurm::WARNING),
             "#SBATCH --requeue".to_owned(),

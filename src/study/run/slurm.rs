@@ -39,7 +39,7 @@ impl Array<'_> {
         let (root, program) = (text(self.root)?, text(&self.program)?);
         let name = job_name(&self.plan.scene);
         let most = self.jobs.map_or(String::new(), |jobs| format!("%{jobs}"));
-        let logs = in_file_name(&root);
+        let logs = escaped_log_path(&root);
         let mut lines = vec![
             "#!/bin/sh".to_owned(),
             format!("# A task for every member of the sweep in {root}; written by rumple sweep."),
@@ -126,7 +126,7 @@ pub(super) fn job_name(scene: &Path) -> String {
 }
 
 /// A path within the quoted name of a file of messages, where a % begins a number of the job.
-pub(super) fn in_file_name(path: &str) -> String {
+pub(super) fn escaped_log_path(path: &str) -> String {
     path.replace('%', "%%").replace('"', "\\\"")
 }
 

@@ -82,7 +82,7 @@ impl Process {
     }
 
     /// Gives the plugin its name.
-    pub(super) fn name(&self, name: &str) {
+    pub(super) fn set_name(&self, name: &str) {
         let _ = self.name.set(name.to_owned());
     }
 
@@ -151,7 +151,7 @@ impl Process {
     }
 
     /// The same with texts for inputs and outputs; refuses an answer that is none.
-    pub(super) fn ask_in_words(
+    pub(super) fn exchange_text(
         &self,
         call: &'static str,
         law: u64,

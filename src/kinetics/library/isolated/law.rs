@@ -25,7 +25,7 @@ pub struct IsolatedKinetics {
 impl Drop for IsolatedKinetics {
     fn drop(&mut self) {
         let outcome =
-            self.library.process.ask_in_words("destroy", self.number, "", Some(self.descriptor()));
+            self.library.process.exchange_text("destroy", self.number, "", Some(self.descriptor()));
         if let Err(error) = outcome {
             keep_destroy_error(error);
         }
@@ -43,7 +43,7 @@ impl IsolatedKinetics {
         let bits = parameters.iter().map(|p| p.to_bits()).collect();
         let request = CreateRequest { parameters: bits, takes_parameter_columns };
         let text = serde_json::to_string(&request).map_err(|_| process.invalid_answer("create"))?;
-        let answer = process.ask_in_words("create", 0, &text, Some(library.descriptor()))?;
+        let answer = process.exchange_text("create", 0, &text, Some(library.descriptor()))?;
         let number = answer.parse().map_err(|_| process.invalid_answer("create"))?;
         Ok(Self { library: Arc::clone(library), takes_parameter_columns, parameters, number })
     }
