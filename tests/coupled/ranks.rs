@@ -7,7 +7,8 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use rumple::effects::{
-    ActiveTension, Axes, Bending, Diffusion, Field, Material, Pin, Pressure, Region, Stretching,
+    ActiveTension, Axes, Bending, Diffusion, Field, Material, Obstacle, ObstacleShape, Pin,
+    Pressure, Region, Stretching,
 };
 use rumple::kinetics::Feedback;
 use rumple::kinetics::formula::{FormulaKinetics, Law};
@@ -115,11 +116,22 @@ fn problem(sheet: Sheet, method: &str, policy: Policy) -> Problem<'static> {
         .length_factor("1 + 0.2*c")
         .feedback(Feedback::Curvature, "0.05*c");
     let law = problem::Law::new(Arc::new(FormulaKinetics::new(&law).unwrap()));
+    let below = ObstacleShape::Plane {
+        point: [Finite::ZERO, Finite::ZERO, Finite::constant(-0.1)],
+        normal: [Finite::ZERO, Finite::ZERO, Finite::ONE],
+    };
     let problem = Problem::on(sheet)
         .material(Material { young: 1e3, poisson: 1.0 / 3.0, thickness: 0.3 })
         .effect(Stretching::default())
         .effect(Bending::default())
         .effect(Pressure { value: Finite::ONE, ramp: None })
+        .effect(Obstacle {
+            shape: below,
+            distance: None,
+            stiffness: None,
+            displacement: None,
+            ramp: None,
+        })
         .effect(ActiveTension { value: Field::Formula("5*c".into()), fibre: None, ramp: None })
         .effect(Pin {
             region: Region::Boundary,

@@ -36,6 +36,7 @@ use crate::effects::{
 };
 use crate::geometry::{Shape, lumped_areas};
 use crate::num::checked::{Finite, Positive};
+use crate::num::whole;
 use crate::parallel;
 use crate::sheet::Sheet;
 
@@ -307,7 +308,8 @@ impl Energy for Body {
                 }
             });
         }
-        parallel::sum(shape.x.len(), |i| self.energies(i, distance(i).0)[0])
+        let owned = shape.sheet.reduction().owned(shape.x.len());
+        parallel::sum(owned, |i| self.energies(i, distance(i).0)[0])
     }
 
     fn add_hessian(
@@ -339,10 +341,10 @@ impl Energy for Body {
 
     fn touching(&self, shape: &Shape<'_>, (): &mut ()) -> Touching {
         let distance = self.distances(shape);
-        let near = (0..shape.x.len()).map(|i| distance(i).0).filter(|s| *s < self.law.reach());
-        near.fold(Touching { pairs: 0, gap: f64::INFINITY }, |all, s| Touching {
-            pairs: all.pairs + 1,
-            gap: all.gap.min(s),
-        })
+        let (all, count, reach) = (shape.sheet.reduction(), shape.x.len(), self.law.reach());
+        let near = |i: usize| Some(distance(i).0).filter(|s| *s < reach);
+        let pairs = all.sum(count, |i| if near(i).is_some() { 1.0 } else { 0.0 });
+        let gap = all.min(count, |i| near(i).unwrap_or(f64::INFINITY));
+        Touching { pairs: whole(pairs), gap }
     }
 }
