@@ -119,7 +119,7 @@ fn all_stretching_models_agree_at_the_flat_rest_state_of_a_lattice() {
             let weight = StretchingWeight::OptimalArea;
             let bond = of(mechanics(&sheet, BondStretching::new(&MATERIAL, weight)));
             let paper = StvkStretching::new(&MATERIAL, StretchingModulus::Paper);
-            let plate = StvkStretching::new(&MATERIAL, StretchingModulus::Plate);
+            let plate = StvkStretching::new(&MATERIAL, StretchingModulus::PlaneStress);
             let (paper, plate) = (of(mechanics(&sheet, paper)), of(mechanics(&sheet, plate)));
             let found = difference(&bond, &paper, 1.0);
             assert!(if same { found < 1e-13 } else { found > 1e-2 }, "{found:e}");

@@ -53,7 +53,7 @@ pub fn variants(sheet: &Sheet) -> Vec<(String, EnergyTerm)> {
         let energy = BondStretching::new(&MATERIAL, weight);
         all.push((format!("stretching {weight:?}"), EnergyTerm::new(energy)));
     }
-    for modulus in [StretchingModulus::Paper, StretchingModulus::Plate] {
+    for modulus in [StretchingModulus::Paper, StretchingModulus::PlaneStress] {
         for poisson in [-0.2, 0.0, 1.0 / 3.0, 0.45] {
             let energy = StvkStretching::new(&Material { poisson, ..MATERIAL }, modulus);
             all.push((format!("stretching stvk {modulus:?} {poisson}"), EnergyTerm::new(energy)));

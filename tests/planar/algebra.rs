@@ -14,7 +14,8 @@ const MATERIAL: Material = Material { young: 20.0, poisson: 0.3, thickness: 0.5 
 
 /// A sheet with a few vertices fixed, in its plane or in space, and a shape in the plane.
 fn potential(sheet: &Arc<Sheet>, planar: bool) -> (Potential, Vec<Vec3>) {
-    let energy = vec![EnergyTerm::new(StvkStretching::new(&MATERIAL, StretchingModulus::Plate))];
+    let energy =
+        vec![EnergyTerm::new(StvkStretching::new(&MATERIAL, StretchingModulus::PlaneStress))];
     let pins = sheet.rest().iter().map(|x| [x.x < 0.6, x.x < 0.6, !planar]).collect();
     let parts = MechanicsParts { terms: energy, pins, planar, ..MechanicsParts::default() };
     let mechanics = Mechanics::of(Arc::clone(sheet), parts).unwrap();

@@ -132,6 +132,7 @@ pub enum StretchingModulus {
     /// `Y₂ = E h/(1-ν²)`, the paper's Y: agrees with the bonds at ν = 1/3.
     #[default]
     Paper,
-    /// `Y₂ = E h`: a plate cut from a block of Young's modulus E.
-    Plate,
+    /// `Y₂ = E h`: plane stress, a plate cut from a block of Young's modulus E.
+    #[serde(rename = "plate")]
+    PlaneStress,
 }

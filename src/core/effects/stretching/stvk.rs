@@ -259,7 +259,7 @@ impl StvkStretching {
         Self {
             modulus: match modulus {
                 StretchingModulus::Paper => material.stretching_modulus(),
-                StretchingModulus::Plate => material.each(|m| m.young * m.thickness),
+                StretchingModulus::PlaneStress => material.each(|m| m.young * m.thickness),
             },
             poisson: material.poisson,
         }
