@@ -66,7 +66,7 @@ pub fn bending_share(sheet: &Sheet, models: &Models) -> Outcome<f64> {
     let (mut inner, mut all) = (0.0, 0.0);
     let shape = mechanics.shape(sheet.rest());
     for (t, triangle) in sheet.triangles().iter().enumerate() {
-        for (v, share) in triangle.iter().zip(area.corners(&shape, t)) {
+        for (v, share) in triangle.iter().zip(area.corner_areas(&shape, t)) {
             let (v, x) = (*v as usize, sheet.rest()[*v as usize].x);
             if x > 1e-9 && x < last - 1e-9 {
                 all += share;

@@ -52,7 +52,7 @@ fn at_vertex(shape: &Shape<'_>, rule: &VertexArea, i: usize) -> [f64; 3] {
     for &(t, k) in shape.sheet.vertex_triangles().of(i) {
         let (t, k) = (t as usize, k as usize);
         let face = shape.face(t);
-        area += rule.corners(shape, t)[k];
+        area += rule.corner_areas(shape, t)[k];
         l += face.normal.cross(&shape.edge_vectors(t)[k]);
         normal += face.area * face.normal;
         deficit -= angle_at(shape, t, k);

@@ -36,7 +36,7 @@ pub enum AreaRule {
 
 /// A third of the rest areas of the triangles around every vertex: `Σ_i A⁰_i` is the area of the sheet.
 ///
-/// What turns a modulus (force/length³) into the stiffness of a vertex, so that results do not depend
+/// They multiply a modulus (force/length³) to the stiffness of a vertex, so that results do not depend
 /// on the mesh.
 #[must_use]
 pub fn lumped_areas(sheet: &Sheet) -> Vec<f64> {
@@ -66,14 +66,14 @@ impl VertexArea {
     /// Prepares `rule` on the rest positions of `sheet`.
     #[must_use]
     pub fn new(sheet: &Sheet, rule: AreaRule) -> Self {
-        let made = Self::when_asked(rule);
+        let made = Self::lazy(rule);
         made.of(sheet);
         made
     }
 
-    /// The same, but fractions are computed when an area is first asked for, of one sheet.
+    /// The same, but fractions are computed at first use, of one sheet.
     #[must_use]
-    pub fn when_asked(rule: AreaRule) -> Self {
+    pub fn lazy(rule: AreaRule) -> Self {
         Self { rule, fraction: Arc::default() }
     }
 
@@ -111,7 +111,7 @@ impl VertexArea {
     /// Areas of the three corners of triangle `t`.
     #[must_use]
     #[inline]
-    pub fn corners(&self, shape: &Shape<'_>, t: usize) -> [f64; 3] {
+    pub fn corner_areas(&self, shape: &Shape<'_>, t: usize) -> [f64; 3] {
         let area = shape.face(t).area;
         match self.rule {
             AreaRule::MixedVoronoi => {
@@ -128,7 +128,7 @@ impl VertexArea {
     /// [`AreaRule::MixedVoronoi`] use [`VertexArea::add_gradient`].
     #[must_use]
     #[inline]
-    pub fn area_factor(&self, t: usize, weight: [f64; 3]) -> f64 {
+    pub fn derivative_by_area(&self, t: usize, weight: [f64; 3]) -> f64 {
         let w = self.fractions().get(t).copied().unwrap_or([1.0 / 3.0; 3]);
         w[0] * weight[0] + w[1] * weight[1] + w[2] * weight[2]
     }
@@ -145,7 +145,7 @@ impl VertexArea {
         let e = shape.edge_vectors(t);
         if self.rule != AreaRule::MixedVoronoi {
             self.of(shape.sheet);
-            let factor = 0.5 * self.area_factor(t, weight);
+            let factor = 0.5 * self.derivative_by_area(t, weight);
             for m in 0..3 {
                 gradient[m] += factor * face.normal.cross(&e[m]);
             }

@@ -277,7 +277,7 @@ impl<'a> Problem<'a> {
         self.check_ranks(&mechanics, !internal.is_empty())?;
         self.check_contact(&mechanics)?;
         let rule = self.effects.iter().find_map(|effect| effect.vertex_area());
-        let area = VertexArea::when_asked(rule.unwrap_or_default());
+        let area = VertexArea::lazy(rule.unwrap_or_default());
         let chemistry = self
             .law
             .clone()

@@ -38,7 +38,7 @@ impl Timescales {
         let spectrum = Stability::new(model.mechanics())?.spectrum(potential, x, 1)?;
         let area = VertexArea::new(sheet, AreaRule::Barycentric);
         let shape = potential.shape(x);
-        let corners = |t: usize| area.corners(&shape, t).iter().sum::<f64>();
+        let corners = |t: usize| area.corner_areas(&shape, t).iter().sum::<f64>();
         let total: f64 = (0..sheet.triangle_count()).map(corners).sum();
         let mean = total / real(sheet.vertex_count());
         let slowest = spectrum.modes.first().map_or(f64::NAN, |mode| mode.eigenvalue);

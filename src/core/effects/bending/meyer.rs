@@ -37,7 +37,7 @@ use std::f64::consts::PI;
 
 use curved::{CurvedRest, CurvedWork};
 use hessian::curved::CurvedAt;
-use kernels::{Gather, Gradient};
+use kernels::{Gradient, VertexSums};
 
 use super::{BendingWeight, RestShape};
 use crate::Vec3;
@@ -136,7 +136,7 @@ impl MeyerBending {
     fn gather(&self, shape: &Shape<'_>, gathered: &mut Vec<[f64; 5]>) {
         gathered.resize(shape.x.len(), [0.0; 5]);
         let blocks = shape.sheet.triangle_blocks();
-        let kernel = Gather { bending: self, shape: *shape };
+        let kernel = VertexSums { bending: self, shape: *shape };
         if self.has_angle_terms() {
             let write =
                 |place: &mut [f64; 5],

@@ -39,7 +39,7 @@
 
 use super::hessian::curved::{RingDerivatives, SecondFactors, differentiate};
 use super::hessian::ring;
-use super::kernels::{Gradient, Normals};
+use super::kernels::{AreaVectors, Gradient};
 use super::{MeyerBending, MeyerWork, VertexDerivatives};
 use crate::Vec3;
 use crate::effects::bending::HingeBending;
@@ -402,5 +402,5 @@ fn gather_normals(shape: &Shape<'_>, normals: &mut Vec<Vec3>) {
     normals.resize(shape.x.len(), Vec3::zeros());
     let write =
         |place: &mut Vec3, [F64x4([x, y, z, _])]: &[F64x4; 1]| *place = Vec3::new(*x, *y, *z);
-    shape.sheet.triangle_blocks().accumulate::<1, _>(&Normals { x: shape.x }, normals, write);
+    shape.sheet.triangle_blocks().accumulate::<1, _>(&AreaVectors { x: shape.x }, normals, write);
 }

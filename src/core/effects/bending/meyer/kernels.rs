@@ -76,7 +76,7 @@ fn corner_areas<S: Simd>(
 ) -> [S::Lanes; 3] {
     let t = group.element;
     if bending.area.rule() == AreaRule::MixedVoronoi {
-        let [a, b, c, d] = t.map(|t| bending.area.corners(shape, t as usize));
+        let [a, b, c, d] = t.map(|t| bending.area.corner_areas(shape, t as usize));
         let areas = [a, b, c, d];
         return [
             lanes!(simd, i => areas[i][0]),
@@ -103,13 +103,13 @@ fn fractions<S: Simd>(simd: S, bending: &MeyerBending, [a, b, c, d]: [u32; 4]) -
     [first, second, third]
 }
 
-/// What a vertex gathers: `L_i` and `A_i`; with twice four numbers, `Σθ` too.
-pub(super) struct Gather<'a> {
+/// Sums over the triangles around every vertex: `L_i` and `A_i`; with twice four numbers, `Σθ` too.
+pub(super) struct VertexSums<'a> {
     pub bending: &'a MeyerBending,
     pub shape: Shape<'a>,
 }
 
-impl Gather<'_> {
+impl VertexSums<'_> {
     #[inline(always)]
     fn triangles<S: Simd>(
         &self,
@@ -129,7 +129,7 @@ impl Gather<'_> {
     }
 }
 
-impl Kernel<3, 1> for Gather<'_> {
+impl Kernel<3, 1> for VertexSums<'_> {
     #[inline(always)]
     fn evaluate<S: Simd>(&self, simd: S, group: &Group<3>) -> (S::Lanes, Corners<S::Lanes, 3, 1>) {
         let (_, [a, b, c]) = self.triangles(simd, group);
@@ -137,7 +137,7 @@ impl Kernel<3, 1> for Gather<'_> {
     }
 }
 
-impl Kernel<3, 2> for Gather<'_> {
+impl Kernel<3, 2> for VertexSums<'_> {
     #[inline(always)]
     fn evaluate<S: Simd>(&self, simd: S, group: &Group<3>) -> (S::Lanes, Corners<S::Lanes, 3, 2>) {
         let (faces, [a, b, c]) = self.triangles(simd, group);
@@ -156,12 +156,12 @@ impl Kernel<3, 2> for Gather<'_> {
     }
 }
 
-/// The area vectors of triangles, for the sums around every vertex.
-pub(super) struct Normals<'a> {
+/// Area vectors `½ (b - a) × (c - a)` of triangles, for the sums around every vertex.
+pub(super) struct AreaVectors<'a> {
     pub x: &'a [Vec3],
 }
 
-impl Kernel<3, 1> for Normals<'_> {
+impl Kernel<3, 1> for AreaVectors<'_> {
     #[inline(always)]
     fn evaluate<S: Simd>(&self, simd: S, group: &Group<3>) -> (S::Lanes, Corners<S::Lanes, 3, 1>) {
         let [va, vb, vc] = group.vertex;
@@ -217,9 +217,9 @@ impl<const ANGLES: bool, const NORMALS: bool> Kernel<3, 1> for Gradient<'_, ANGL
         }
         if ANGLES && has_angle_terms(at, vertex) {
             // The derivatives by angles, Σ_k w_k ∂θ_k/∂x, have the form of those by vectors.
-            let turn = turns(simd, at, vertex, &e);
+            let gamma = angle_coefficients(simd, at, vertex, &e);
             for k in 0..3 {
-                g[k] = g[k] + e[k].scale(turn[k]);
+                g[k] = g[k] + e[k].scale(gamma[k]);
             }
         }
         let first = q.cross(e[0]) + (g[1] - g[2]).cross(n);
@@ -271,7 +271,7 @@ pub(super) fn has_angle_terms(at: &[VertexDerivatives], vertex: &[[u32; LANES]; 
 /// `γ_k = (w_{k+1} - w_{k+2})/|e_k|²` with w the derivatives by the angles: with them
 /// `Σ_k w_k ∂θ_k/∂x_k = (γ_{k+1} e_{k+1} - γ_{k+2} e_{k+2}) × n`.
 #[inline(always)]
-pub(super) fn turns<S: Simd>(
+pub(super) fn angle_coefficients<S: Simd>(
     simd: S,
     at: &[VertexDerivatives],
     vertex: &[[u32; LANES]; 3],
@@ -281,11 +281,11 @@ pub(super) fn turns<S: Simd>(
     for k in 0..3 {
         w[k] = lanes!(simd, i => at[vertex[k][i] as usize].by_angle);
     }
-    let mut turn = w;
+    let mut gamma = w;
     for k in 0..3 {
-        turn[k] = (w[(k + 1) % 3] - w[(k + 2) % 3]) / e[k].dot(e[k]);
+        gamma[k] = (w[(k + 1) % 3] - w[(k + 2) % 3]) / e[k].dot(e[k]);
     }
-    turn
+    gamma
 }
 
 /// Adds the derivative of mixed-Voronoi areas, one triangle after the other.

@@ -1,6 +1,8 @@
 //! The inner part of the second derivatives, four triangles at a time.
 
-use super::super::kernels::{Triangles, corner_sum, derivatives, has_angle_terms, turns};
+use super::super::kernels::{
+    Triangles, angle_coefficients, corner_sum, derivatives, has_angle_terms,
+};
 use super::At;
 use crate::geometry::Shape;
 use crate::linear::{Elements, Rows, pack};
@@ -110,7 +112,7 @@ impl Inner<'_> {
         }
         let h = [g[1] - g[2], g[2] - g[0], g[0] - g[1]];
         let v = e[0].cross(g[0]) + e[1].cross(g[1]) + e[2].cross(g[2]);
-        let by_area = simd.splat(0.5) * simd.load(self.area_factors(element));
+        let by_area = simd.splat(0.5) * simd.load(self.derivatives_by_area(element));
         let along = n.dot(v);
         let w = (v - n.scale(along)).scale(inverse);
         let mut q = w + n.scale(by_area);
@@ -129,7 +131,7 @@ impl Inner<'_> {
         let mut gamma = None;
         if has_angle_terms(at, &vertex) {
             // The derivatives by angles turn with n as if γ_k e_k were added to g_k …
-            let by = turns(simd, at, &vertex, &e);
+            let by = angle_coefficients(simd, at, &vertex, &e);
             let f = [e[0].scale(by[0]), e[1].scale(by[1]), e[2].scale(by[2])];
             turned = [h[0] + f[1] - f[2], h[1] + f[2] - f[0], h[2] + f[0] - f[1]];
             gamma = Some(by);
@@ -172,11 +174,11 @@ impl Inner<'_> {
 
     /// `Σ_k f_k ∂U/∂A_k` with f the shares of the corners.
     #[inline(always)]
-    fn area_factors(&self, element: [u32; LANES]) -> [f64; LANES] {
+    fn derivatives_by_area(&self, element: [u32; LANES]) -> [f64; LANES] {
         element.map(|t| {
             let corners = self.shape.sheet.triangles()[t as usize];
             let by_area = corners.map(|v| self.at.vertex[v as usize].by_area);
-            self.at.bending.area.area_factor(t as usize, by_area)
+            self.at.bending.area.derivative_by_area(t as usize, by_area)
         })
     }
 }
