@@ -322,7 +322,7 @@ impl Potential {
             total[0] += term.evaluate(shape, work, Some(&mut *gradient));
         });
         if let Some(anchor) = &self.anchor {
-            anchor.add(x, gradient);
+            anchor.add_gradient(x, gradient);
         }
         if let Some(force) = &self.hold {
             parallel::update(gradient, |i, g| *g -= force[i]);

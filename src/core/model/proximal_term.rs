@@ -32,14 +32,14 @@ impl Anchor {
         mechanics.keep_pins(x, &mut self.x);
     }
 
-    /// The force by which it pulls a vertex over a distance of the slack, at least.
+    /// Least force on a vertex at the distance `slack` from the minimum, `slack · min W`.
     #[must_use]
-    pub fn force(&self, reduction: &Reduction) -> f64 {
+    pub fn slack_force(&self, reduction: &Reduction) -> f64 {
         self.slack * self.weights.least(reduction)
     }
 
-    /// Adds to the gradient at `x`.
-    pub(super) fn add(&self, x: &[Vec3], gradient: &mut [Vec3]) {
+    /// Adds W (x - a), its gradient at `x`.
+    pub(super) fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
         parallel::update(gradient, |i, g| *g += self.weights.apply(i, x[i] - self.x[i]));
     }
 
@@ -52,7 +52,7 @@ impl Anchor {
         reduction.sum_here(x.len(), pull)
     }
 
-    /// Adds its second derivatives.
+    /// Adds W, its Hessian.
     pub(super) fn add_hessian(&self, into: &mut BlockMatrix) {
         into.update_rows(|i, row| row.add(i, &self.weights.block(i)));
     }

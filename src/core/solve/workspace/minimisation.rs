@@ -204,7 +204,7 @@ fn is_failure(error: &SolveError) -> bool {
 /// Adds the pull of `anchor`, with fixed directions as in `x`; the force of its slack, in units of the force scale.
 fn pull(potential: &mut Potential, mut anchor: Anchor, x: &[Vec3]) -> f64 {
     anchor.follow_pins(potential.mechanics(), x);
-    let slack = anchor.force(potential.reduction()) / potential.force_scale();
+    let slack = anchor.slack_force(potential.reduction()) / potential.force_scale();
     potential.set_anchor(Some(anchor));
     slack
 }
