@@ -1,30 +1,30 @@
 //! Binds the effects of a scene to its sheet, and accounts for what they cost.
 
 use super::Result;
-use super::built::{Brought, Built};
 use super::prepare::placed;
 use super::scale_checks::{check_load, check_transport};
+use super::setup_cost::{EffectContribution, SetupCost};
 use crate::Stepper;
 use crate::effects::{Effect, EffectContext, EffectSpec};
 use crate::problem::Problem;
 use crate::scene::Scene;
 
-/// The stepper of `problem`, which `scene` states; counts in `built` what its effects cost.
+/// The stepper of `problem`, which `scene` states; counts in `setup` what its effects cost.
 ///
 /// # Errors
 /// What does not fit, with its place in the scene.
 pub(super) fn stepper(
     scene: &Scene,
     problem: &Problem<'_>,
-    built: &mut Built,
+    setup: &mut SetupCost,
     notes: &mut Vec<String>,
 ) -> Result<Stepper> {
-    let mut begun = Brought::begin();
+    let mut begun = EffectContribution::begin();
     let mut on_effect =
         |number: usize, spec: &dyn EffectSpec, context: &EffectContext<'_>, effect: &Effect| {
-            let mut brought = std::mem::replace(&mut begun, Brought::begin());
-            brought.holds(effect);
-            built.effects.push(brought);
+            let mut contribution = std::mem::replace(&mut begun, EffectContribution::begin());
+            contribution.record(effect);
+            setup.effects.push(contribution);
             let said = spec.notes(context).into_iter();
             notes.extend(said.map(|said| format!("effect[{number}] ({}): {said}", spec.name())));
             for term in &effect.energies {
@@ -33,7 +33,7 @@ pub(super) fn stepper(
             for transport in &effect.transports {
                 check_transport(number, transport, context.sheet)?;
             }
-            begun = Brought::begin();
+            begun = EffectContribution::begin();
             Ok(())
         };
     problem.stepper_with(&mut on_effect).map_err(|error| placed(scene, &error))

@@ -139,11 +139,11 @@ impl Costs {
         parts.extend(communication(simulation));
         parts.retain(|part| part.group == "effect" || !part.is_nothing());
         let counted = allocated().is_some();
-        let seconds = simulation.built.began.elapsed().as_secs_f64();
+        let seconds = simulation.setup.began.elapsed().as_secs_f64();
         let mut elsewhere = PartCost::new("elsewhere", "what no part accounts for");
         let known: f64 = parts.iter().map(|part| part.seconds).sum();
         elsewhere.seconds = (seconds - known).max(0.0);
-        let kept = simulation.built.kept();
+        let kept = simulation.setup.kept();
         elsewhere.bytes = kept - parts.iter().map(|part| part.bytes).sum::<i64>();
         for part in parts.iter_mut().chain([&mut elsewhere]) {
             part.share = if seconds > 0.0 { part.seconds / seconds } else { 0.0 };
@@ -204,7 +204,7 @@ fn communication(simulation: &Simulation) -> Option<PartCost> {
     Some(part)
 }
 
-/// The effects of the scene, each with all that it brought.
+/// The effects of the scene, each with its contribution.
 fn effects(scene: &Scene, simulation: &Simulation, costs: &mut Vec<Cost>) -> Vec<PartCost> {
     let model = simulation.model();
     let mut energies = model.mechanics().names().map(str::to_owned);
@@ -215,18 +215,19 @@ fn effects(scene: &Scene, simulation: &Simulation, costs: &mut Vec<Cost>) -> Vec
     let mut growth = model.growth_names();
     let mut internal = model.internal().iter().map(|term| term.name().to_owned());
     let mut all = Vec::new();
-    for (number, (spec, brought)) in scene.effects.iter().zip(&simulation.built.effects).enumerate()
+    for (number, (spec, contribution)) in
+        scene.effects.iter().zip(&simulation.setup.effects).enumerate()
     {
         let mut part = PartCost::new("effect", &spec.name());
         part.place = scene.written(&format!("effect[{number}]"));
-        part.seconds = brought.took.as_secs_f64();
-        part.bytes = brought.bytes;
-        let mut names: Vec<String> = energies.by_ref().take(brought.energies).collect();
-        names.extend(transports.by_ref().take(brought.transports));
-        let kept = constraints.by_ref().take(brought.constraints);
+        part.seconds = contribution.took.as_secs_f64();
+        part.bytes = contribution.bytes;
+        let mut names: Vec<String> = energies.by_ref().take(contribution.energies).collect();
+        names.extend(transports.by_ref().take(contribution.transports));
+        let kept = constraints.by_ref().take(contribution.constraints);
         names.extend(kept.map(constraint_meter));
-        names.extend(growth.by_ref().take(brought.growth));
-        names.extend(internal.by_ref().take(brought.internal));
+        names.extend(growth.by_ref().take(contribution.growth));
+        names.extend(internal.by_ref().take(contribution.internal));
         for name in names {
             if let Some(k) = costs.iter().position(|c| c.group == "effect" && c.name == name) {
                 part.add(&costs.remove(k));

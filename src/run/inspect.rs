@@ -88,7 +88,7 @@ fn valid_positions(simulation: &Simulation, points: &[Vec3]) -> Result<(), Strin
         ));
     }
     if simulation.model().mechanics().is_planar()
-        && let Some((v, z, plane)) = planar::leaving(simulation.sheet().rest(), points)
+        && let Some((v, z, plane)) = planar::first_out_of_plane(simulation.sheet().rest(), points)
     {
         return Err(format!(
             "vertex {v} of the state is at z = {z}, but the scene's sheet is planar: it stays at \

@@ -7,7 +7,6 @@
 //! how long that takes. [`inspect`] and [`stability`] inspect one state without running.
 
 mod binding;
-mod built;
 mod checkpoint;
 mod costs;
 mod error;
@@ -40,6 +39,7 @@ mod scale_checks;
 pub mod schedule;
 mod self_intersection;
 mod session;
+mod setup_cost;
 mod simulation;
 mod snapshot;
 pub mod stability;

@@ -8,14 +8,14 @@ use crate::model::Potential;
 const ROUND_OFF: f64 = 1e-12;
 
 /// The first of `points` that is not at the z of the first of `rest`, its z, and the right one.
-pub(super) fn leaving(rest: &[Vec3], points: &[Vec3]) -> Option<(usize, f64, f64)> {
+pub(super) fn first_out_of_plane(rest: &[Vec3], points: &[Vec3]) -> Option<(usize, f64, f64)> {
     let plane = rest.first()?.z;
     let vertex = points.iter().position(|x| x.z != plane)?;
     Some((vertex, points[vertex].z, plane))
 }
 
 /// Reports a law that reads curvatures: in a plane they are 0.
-pub(super) fn note_signals(kinetics: Option<&dyn Kinetics>, notes: &mut Vec<String>) {
+pub(super) fn note_curvature_signals(kinetics: Option<&dyn Kinetics>, notes: &mut Vec<String>) {
     let Some(descriptor) = kinetics.map(Kinetics::descriptor) else { return };
     let mut read = descriptor.signals.iter().chain(&descriptor.observed).map(|read| read.signal);
     let curved = |s: &Signal| matches!(s, Signal::MeanCurvature | Signal::GaussianCurvature);

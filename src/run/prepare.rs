@@ -5,11 +5,11 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::binding;
-use super::built::Built;
 use super::invariants::Invariants;
 use super::laws::Laws;
 use super::processor::Processor;
 use super::ranks::Spread;
+use super::setup_cost::SetupCost;
 use super::simulation::{Simulation, mesh_record};
 use super::snapshot::Snapshot;
 use super::{Error, Fields, Result, initial_state, laws, lints, planar, scale_checks};
@@ -123,7 +123,7 @@ fn on(
     (sheet, of): (Arc<Sheet>, Option<(Sheet, Spread)>),
     mut notes: Vec<String>,
 ) -> Result<Simulation> {
-    let mut built = Built::begin();
+    let mut setup = SetupCost::begin();
     let read = |file: &Path| {
         let mut surface = read_surface(file)?;
         if let Some((_, spread)) = &of {
@@ -143,11 +143,11 @@ fn on(
         lints::on_law(scene, law, &mut notes);
     }
     if scene.sheet.planar {
-        planar::note_signals(kinetics, &mut notes);
+        planar::note_curvature_signals(kinetics, &mut notes);
     }
     let problem = problem(scene, &sheet, material.as_ref(), laws.as_ref(), of.as_ref())?;
     let problem = problem.reading(&read);
-    let mut stepper = binding::stepper(scene, &problem, &mut built, &mut notes)?;
+    let mut stepper = binding::stepper(scene, &problem, &mut setup, &mut notes)?;
     let model = Arc::clone(stepper.model());
     note_model(scene, &model, &mut notes)?;
     stepper.state = match &of {
@@ -158,7 +158,7 @@ fn on(
     };
     let fields = fields(scene, &stepper, material.as_ref())?;
     let invariants = Invariants::of(scene, &mut stepper)?;
-    built.end(stepper.model().tally());
+    setup.end(stepper.model().tally());
     let (plugins, host_law) = laws.map(|laws| (laws.files, laws.host_law)).unwrap_or_default();
     let mut simulation = Simulation {
         stepper,
@@ -168,7 +168,7 @@ fn on(
         fields,
         notes,
         faults: Vec::new(),
-        built,
+        setup,
         invariants,
         spent: crate::tally::Spent::default(),
         spread: of.map(|(_, spread)| spread),

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::built::Built;
 use super::invariants::Invariants;
 use super::processor::Processor;
 use super::ranks::Spread;
+use super::setup_cost::SetupCost;
 use super::{Error, Fields, Result, laws, ledger_row, prepare};
 use crate::Stepper;
 use crate::kinetics::Search;
@@ -53,8 +53,8 @@ pub struct Simulation {
     pub(crate) notes: Vec<String>,
     /// What laws do that they should not, and a run can live with.
     pub(crate) faults: Vec<String>,
-    /// What its effects brought, and what it cost to make.
-    pub(crate) built: Built,
+    /// Contributions of its effects, and the cost of setting up.
+    pub(crate) setup: SetupCost,
     /// The laws of nature that steps are held to, if the scene lists some.
     pub(crate) invariants: Option<Invariants>,
     /// What relaxing the start and stepping have cost.

@@ -5,17 +5,17 @@ use crate::effects::{Coupling, EnergyTerm, Internal, TransportTerm};
 use crate::kinetics::Descriptor;
 use crate::model::{Chemistry, Model};
 use crate::run::Simulation;
-use crate::run::built::Brought;
+use crate::run::setup_cost::EffectContribution;
 use crate::scene::Scene;
 
-/// The effects that brought something, by what they are called.
+/// The effects whose contribution has something, by their names.
 pub(super) fn bringing(
     scene: &Scene,
     simulation: &Simulation,
-    what: impl Fn(&Brought) -> bool,
+    what: impl Fn(&EffectContribution) -> bool,
 ) -> Vec<String> {
-    let all = scene.effects.iter().zip(&simulation.built.effects).enumerate();
-    all.filter(|(_, (_, brought))| what(brought))
+    let all = scene.effects.iter().zip(&simulation.setup.effects).enumerate();
+    all.filter(|(_, (_, contribution))| what(contribution))
         .map(|(number, (spec, _))| match scene.written(&format!("effect[{number}]")) {
             Some(written) => format!("{} ({written})", spec.name()),
             None => spec.name(),
@@ -129,9 +129,10 @@ fn energy(term: &EnergyTerm, name: &str, law: Option<&Descriptor>) -> String {
 pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
     let mut remaining = Remaining::of(simulation.model());
     let mut lines = Vec::new();
-    for (number, (spec, brought)) in scene.effects.iter().zip(&simulation.built.effects).enumerate()
+    for (number, (spec, contribution)) in
+        scene.effects.iter().zip(&simulation.setup.effects).enumerate()
     {
-        let mut parts = remaining.take(brought);
+        let mut parts = remaining.take(contribution);
         if parts.is_empty() {
             parts.push("has no effect here: no energy, no fixed direction, no transport".into());
         }
@@ -144,7 +145,7 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
     lines
 }
 
-/// The parts of a model in the order in which effects brought them, as far as no line has described them.
+/// The parts of a model in the order in which effects contributed them, as far as no line has described them.
 struct Remaining<'a> {
     model: &'a Model,
     terms: Box<dyn Iterator<Item = (&'a EnergyTerm, &'a str)> + 'a>,
@@ -177,30 +178,30 @@ impl<'a> Remaining<'a> {
         }
     }
 
-    /// Describes what the next effect brought.
-    fn take(&mut self, brought: &Brought) -> Vec<String> {
+    /// Describes the contribution of the next effect.
+    fn take(&mut self, contribution: &EffectContribution) -> Vec<String> {
         let law = self.law;
-        let energies = self.terms.by_ref().take(brought.energies);
+        let energies = self.terms.by_ref().take(contribution.energies);
         let mut parts: Vec<String> = energies.map(|(term, name)| energy(term, name, law)).collect();
-        if brought.pins[0] > 0 {
-            let [directions, vertices] = brought.pins;
+        if contribution.pins[0] > 0 {
+            let [directions, vertices] = contribution.pins;
             parts.push(format!(
                 "fixes {directions} directions of {vertices} vertices: no unknowns, nothing to evaluate"
             ));
         }
-        if brought.prescribed > 0 {
+        if contribution.prescribed > 0 {
             parts.push("prescribes the positions of fixed directions in time".into());
         }
-        for name in self.constraints.by_ref().take(brought.constraints) {
+        for name in self.constraints.by_ref().take(contribution.constraints) {
             parts.push(format!("constraint `{name}`: zero at every equilibrium, kept by a force"));
         }
-        if brought.growth > 0 {
+        if contribution.growth > 0 {
             parts.push("multiplies optimal lengths by a factor of position and time".into());
         }
-        if brought.directs {
+        if contribution.directs {
             parts.push("gives the length factor of the law a direction in the sheet".into());
         }
-        for name in self.transports.by_ref().take(brought.transports) {
+        for name in self.transports.by_ref().take(contribution.transports) {
             let moves = self.model.moves();
             let when = if moves {
                 "on every shape that the species see"
@@ -216,13 +217,15 @@ impl<'a> Remaining<'a> {
             };
             parts.push(format!("transport `{name}`: a sparse operator, made {when}{reads}"));
         }
-        if brought.held > 0 {
+        if contribution.held > 0 {
             parts.push(format!(
                 "holds the species at {} points: their rates are 0, other rates see their values",
-                brought.held
+                contribution.held
             ));
         }
-        parts.extend(self.internal.by_ref().take(brought.internal).map(|term| internal(&**term)));
+        parts.extend(
+            self.internal.by_ref().take(contribution.internal).map(|term| internal(&**term)),
+        );
         parts
     }
 }

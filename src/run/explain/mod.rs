@@ -1,7 +1,7 @@
 //! What a scene calls for, and why: unknowns, effects, signals, solvers, output, memory; and what it spares.
 //!
 //! Everything is asked from what the scene was built into: what an effect is said to couple, fix, grow or
-//! transport is what it brought to the model, so that a new effect explains itself.
+//! transport is what it contributes to the model, so that a new effect explains itself.
 
 mod absent;
 mod effects;

@@ -16,9 +16,9 @@ pub(super) fn check_scene(scene: &Scene, simulation: &Simulation) -> Result<(), 
     if !simulation.model().moves() && scene.kinetics.is_empty() {
         return at("effect", "no effect has an energy: every shape is an equilibrium", None);
     }
-    let built = &simulation.built;
+    let setup = &simulation.setup;
     if !simulation.model().internal().is_empty() {
-        let (path, name) = effect(scene, built.owner(|effect| effect.internal, 0));
+        let (path, name) = effect(scene, setup.owner(|effect| effect.internal, 0));
         let message = format!(
             "branches are those of elastic equilibria, and {name} changes the shape at rest with its history"
         );
@@ -29,8 +29,8 @@ pub(super) fn check_scene(scene: &Scene, simulation: &Simulation) -> Result<(), 
         Err(SolveError::NotFollowed { effect: refused, why }) => {
             let energy = mechanics.names().position(|name| name == refused);
             let constraint = mechanics.constraint_names().position(|name| name == refused);
-            let owner = energy.and_then(|k| built.owner(|effect| effect.energies, k));
-            let owner = owner.or_else(|| built.owner(|effect| effect.constraints, constraint?));
+            let owner = energy.and_then(|k| setup.owner(|effect| effect.energies, k));
+            let owner = owner.or_else(|| setup.owner(|effect| effect.constraints, constraint?));
             let (path, name) = effect(scene, owner);
             let message = format!("branches of equilibria are not followed with {name}: {why}");
             let help = "of an effect volume with a stiffness in place of exact = true they are";

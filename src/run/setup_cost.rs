@@ -1,4 +1,4 @@
-//! What the effects of a scene brought to its model, and what it cost to make it ready.
+//! Cost of setting up a scene, and the contribution of every effect to its model.
 
 use std::time::{Duration, Instant};
 
@@ -10,20 +10,20 @@ fn bytes() -> i64 {
     i64::try_from(allocated().unwrap_or_default().bytes).unwrap_or(i64::MAX)
 }
 
-/// What it cost to make a scene ready.
+/// Cost of setting up a scene.
 #[derive(Debug, Clone)]
-pub(crate) struct Built {
+pub(crate) struct SetupCost {
     /// When it began.
     pub(crate) began: Instant,
     /// Bytes allocated before.
     before: i64,
     /// The effects, in the order of the scene.
-    pub(crate) effects: Vec<Brought>,
+    pub(crate) effects: Vec<EffectContribution>,
 }
 
-/// What one effect brought, how many of each.
+/// What one effect contributes to the model: numbers of its parts, and the cost of building it.
 #[derive(Debug, Clone)]
-pub(crate) struct Brought {
+pub(crate) struct EffectContribution {
     began: Instant,
     before: i64,
     pub(crate) energies: usize,
@@ -45,13 +45,13 @@ pub(crate) struct Brought {
     pub(crate) bytes: i64,
 }
 
-impl Built {
+impl SetupCost {
     /// Now.
     pub(crate) fn begin() -> Self {
         Self { began: Instant::now(), before: bytes(), effects: Vec::new() }
     }
 
-    /// Now it is made; what no effect and no meter accounts for is the scene's own.
+    /// Ends the set-up; what no effect and no meter accounts for is the scene's own.
     pub(crate) fn end(&mut self, tally: &Tally) {
         let (mut took, mut kept) = (self.began.elapsed(), bytes() - self.before);
         for cost in tally.costs() {
@@ -64,8 +64,12 @@ impl Built {
         scene.add(took, kept);
     }
 
-    /// Number of the effect that brought what has number `k` among all that is counted by `of`.
-    pub(crate) fn owner(&self, of: impl Fn(&Brought) -> usize, k: usize) -> Option<usize> {
+    /// Index of the effect that contributed part `k` of those counted by `of`.
+    pub(crate) fn owner(
+        &self,
+        of: impl Fn(&EffectContribution) -> usize,
+        k: usize,
+    ) -> Option<usize> {
         let mut count = 0;
         self.effects.iter().position(|effect| {
             count += of(effect);
@@ -79,7 +83,7 @@ impl Built {
     }
 }
 
-impl Brought {
+impl EffectContribution {
     /// Now.
     pub(crate) fn begin() -> Self {
         Self {
@@ -99,8 +103,8 @@ impl Brought {
         }
     }
 
-    /// Now it is built. Whatever an effect can bring is named here, so that nothing is forgotten.
-    pub(crate) fn holds(&mut self, effect: &Effect) {
+    /// Records the parts of `effect`, which is built now. The pattern names every field, so that none is forgotten.
+    pub(crate) fn record(&mut self, effect: &Effect) {
         self.took = self.began.elapsed();
         self.bytes = bytes() - self.before;
         let Effect {
