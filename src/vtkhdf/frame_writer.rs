@@ -21,7 +21,7 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use rayon::prelude::*;
 
-use super::growing::{Disk, Growing, Growth, MOST_NAMES, Node, Row, Spec};
+use super::extendible::{Disk, ExtendibleFile, Extension, MOST_LINKS, Node, Row, Spec};
 use super::object::{Attribute, Kind};
 
 /// VTK's number of a triangle.
@@ -68,7 +68,7 @@ pub struct Topology<'a> {
 /// Writes frames to a file, each whole before the next.
 #[derive(Debug)]
 pub struct FrameWriter<D> {
-    file: Growing<D>,
+    file: ExtendibleFile<D>,
     compressed: bool,
     /// Names and components of the first frame, in the order of its data sets.
     layout: Vec<(String, usize)>,
@@ -84,13 +84,19 @@ fn hdf5_name(name: &str) -> (String, Vec<(String, Attribute)>) {
     (safe, vec![("name".to_owned(), Attribute::Text(name.to_owned()))])
 }
 
-/// Specifications of the growing data sets, numbered in the order of a frame's rows.
+/// Specifications of the extendible data sets, numbered in the order of a frame's rows.
 #[derive(Default)]
 struct DataSetSpecs(Vec<Spec>);
 
 impl DataSetSpecs {
-    fn add(&mut self, kind: Kind, columns: Option<u64>, growth: Growth, compressed: bool) -> usize {
-        self.0.push(Spec { kind, columns, growth, compressed });
+    fn add(
+        &mut self,
+        kind: Kind,
+        columns: Option<u64>,
+        extension: Extension,
+        compressed: bool,
+    ) -> usize {
+        self.0.push(Spec { kind, columns, extension, compressed });
         self.0.len() - 1
     }
 }
@@ -113,9 +119,9 @@ impl<D: Disk> FrameWriter<D> {
         let mut sets = DataSetSpecs::default();
         let (points, cells) = (topology.points as u64, topology.triangles.len() as u64);
         let mut top = BTreeMap::new();
-        let of = |number: usize| Node::Growing(number, Vec::new());
+        let of = |number: usize| Node::Extendible(number, Vec::new());
         // In the order of the rows of a frame.
-        let all_points = sets.add(Kind::F64, Some(3), Growth::Chunk(points), compressed);
+        let all_points = sets.add(Kind::F64, Some(3), Extension::Chunk(points), compressed);
         top.insert("Points".to_owned(), of(all_points));
         let mut layout = Vec::new();
         let mut fields = [BTreeMap::new(), BTreeMap::new()];
@@ -124,25 +130,25 @@ impl<D: Disk> FrameWriter<D> {
         {
             for field in list {
                 let columns = (field.components > 1).then_some(field.components as u64);
-                let set = sets.add(Kind::F64, columns, Growth::Chunk(rows), compressed);
+                let set = sets.add(Kind::F64, columns, Extension::Chunk(rows), compressed);
                 let (name, title) = hdf5_name(field.name);
-                fields[place].insert(name, Node::Growing(set, title));
+                fields[place].insert(name, Node::Extendible(set, title));
                 layout.push((field.name.to_owned(), field.components));
             }
         }
         let mut scalars = BTreeMap::new();
         for (name, _) in first.scalars {
-            let set = sets.add(Kind::F64, None, Growth::Number, false);
+            let set = sets.add(Kind::F64, None, Extension::Number, false);
             let (name, title) = hdf5_name(name);
-            scalars.insert(name, Node::Growing(set, title));
+            scalars.insert(name, Node::Extendible(set, title));
         }
-        let crowded = fields.iter().chain([&scalars]).any(|group| group.len() > MOST_NAMES);
+        let crowded = fields.iter().chain([&scalars]).any(|group| group.len() > MOST_LINKS);
         if crowded
             || fields[0].len() + fields[1].len() != layout.len()
             || scalars.len() != first.scalars.len()
         {
             let what = format!(
-                "two fields get the same HDF5 name, or a group has more than {MOST_NAMES} fields"
+                "two fields get the same HDF5 name, or a group has more than {MOST_LINKS} fields"
             );
             return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
         }
@@ -159,7 +165,7 @@ impl<D: Disk> FrameWriter<D> {
             ("Version".to_owned(), Attribute::Pair([2, 0])),
             ("Type".to_owned(), Attribute::Text("UnstructuredGrid".to_owned())),
         ];
-        let file = Growing::create(disk, ("VTKHDF", top, attributes), sets.0)?;
+        let file = ExtendibleFile::create(disk, ("VTKHDF", top, attributes), sets.0)?;
         Ok(Self { file, compressed, layout, scalars: first.scalars.len(), cells })
     }
 
@@ -208,15 +214,15 @@ fn steps(
     fields: &[BTreeMap<String, Node>; 2],
     scalars: &BTreeMap<String, Node>,
 ) -> Node {
-    let of = |number: usize| Node::Growing(number, Vec::new());
+    let of = |number: usize| Node::Extendible(number, Vec::new());
     let mut steps = BTreeMap::new();
-    let times = sets.add(Kind::F64, None, Growth::Number, false);
+    let times = sets.add(Kind::F64, None, Extension::Number, false);
     let [to_points, to_cells, to_scalars] =
-        [(); 3].map(|()| sets.add(Kind::I64, None, Growth::Number, false));
-    let zero = sets.add(Kind::I64, None, Growth::Constant(0), false);
-    let zeros = sets.add(Kind::I64, Some(1), Growth::Constant(0), false);
-    let one = sets.add(Kind::I64, None, Growth::Constant(1), false);
-    let ones = sets.add(Kind::I64, Some(2), Growth::Constant(1), false);
+        [(); 3].map(|()| sets.add(Kind::I64, None, Extension::Number, false));
+    let zero = sets.add(Kind::I64, None, Extension::Constant(0), false);
+    let zeros = sets.add(Kind::I64, Some(1), Extension::Constant(0), false);
+    let one = sets.add(Kind::I64, None, Extension::Constant(1), false);
+    let ones = sets.add(Kind::I64, Some(2), Extension::Constant(1), false);
     let offsets = |group: &BTreeMap<String, Node>, set: usize| {
         self::group(group.keys().map(|name| (name.clone(), of(set))).collect())
     };

@@ -3,7 +3,7 @@
 //! ```text
 //! frame_writer   what VTK asks for: groups, data sets and steps, written frame by frame
 //! frame_reader   frames read back
-//! growing        a file that takes rows, and what of it is written in which order
+//! extendible     a file of data sets that frames extend, and the order of its writes
 //! tree           the index of the pieces of a data set
 //! object         headers and messages of HDF5
 //! read           data sets of a file, read row by row
@@ -21,9 +21,9 @@
 //! VTK documentation, VTKHDF file format.)
 
 mod chunk;
+mod extendible;
 mod frame_reader;
 mod frame_writer;
-mod growing;
 mod object;
 mod read;
 #[cfg(test)]
@@ -32,9 +32,9 @@ mod tree;
 
 use std::path::{Path, PathBuf};
 
+pub use extendible::Disk;
 pub use frame_reader::{FieldValues, FrameReader};
 pub use frame_writer::{Field, FrameWriter, State, Topology};
-pub use growing::Disk;
 
 /// The file, and the number of the frame if it is given, that a path names: `FILE.vtkhdf` or `FILE.vtkhdf#K`; none of other
 /// files.

@@ -12,10 +12,10 @@ use super::object::NOWHERE;
 
 /// Most bytes of a chunk, of a header and of the names of a group.
 pub(crate) const MOST_BYTES: u64 = 1 << 31;
-/// Deepest tree, longest chain of parts of a header, most names of a group.
+/// Deepest tree, longest chain of parts of a header, most links of a group.
 const DEEPEST: usize = 16;
 const MOST_PARTS: usize = 64;
-const MOST_NAMES: usize = 4096;
+const MOST_LINKS: usize = 4096;
 /// A deflated chunk may grow so many times: what deflate can do.
 pub(crate) const MOST_TIMES: u64 = 1100;
 
@@ -227,8 +227,8 @@ impl<R: Read + Seek> Reader<R> {
                 let end = rest.iter().position(|b| *b == 0).unwrap_or(rest.len());
                 let name = String::from_utf8_lossy(&rest[..end]).into_owned();
                 found.push((name, u64_at(entry, 8)?));
-                if found.len() > MOST_NAMES {
-                    return Err(format!("a group has more than {MOST_NAMES} names"));
+                if found.len() > MOST_LINKS {
+                    return Err(format!("a group has more than {MOST_LINKS} links"));
                 }
             }
             return Ok(());

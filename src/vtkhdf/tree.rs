@@ -8,7 +8,7 @@
 //! Key n bounds the node to the right; that of the last node is beyond any row. An entry is written behind the last one,
 //! where nothing reads it, and then counted.
 
-use super::growing::Changes;
+use super::extendible::Changes;
 use super::object::NOWHERE;
 
 /// Most entries of a node; HDF5's default, which superblock 0 cannot change.

@@ -1,4 +1,4 @@
-//! A file of groups and data sets of which some grow by the same number of rows with every frame.
+//! A file of groups and data sets of which some are extended by a fixed number of rows with every frame.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -33,19 +33,19 @@ impl Disk for File {
 use super::object::{Attribute, Kind, Layout, NOWHERE, attribute, dataset, header, padded};
 use super::tree::Tree;
 
-/// Rows of a chunk of a data set that grows by one number a frame.
-const ROWS: u64 = 64;
+/// Rows of a chunk of a data set that a frame extends by one number.
+const ROWS_PER_CHUNK: u64 = 64;
 
-/// Most names of a group: they stand in one node of the symbol table.
-pub(crate) const MOST_NAMES: usize = 2 * LEAF as usize;
+/// Most links of a group: they stand in one node of the symbol table.
+pub(crate) const MOST_LINKS: usize = 2 * LEAF as usize;
 const LEAF: u16 = 128;
 
 /// Where the address of the end of the file is in the superblock.
 const END_AT: u64 = 40;
 
-/// How a data set grows.
+/// How a frame extends a data set.
 #[derive(Debug, Clone)]
-pub(crate) enum Growth {
+pub(crate) enum Extension {
     /// By one chunk of so many rows.
     Chunk(u64),
     /// By one number.
@@ -54,12 +54,12 @@ pub(crate) enum Growth {
     Constant(u64),
 }
 
-/// A data set that grows: type, columns if it has any, growth, compression.
+/// An extendible data set: type, columns if it has any, extension, compression.
 #[derive(Debug, Clone)]
 pub(crate) struct Spec {
     pub(crate) kind: Kind,
     pub(crate) columns: Option<u64>,
-    pub(crate) growth: Growth,
+    pub(crate) extension: Extension,
     pub(crate) compressed: bool,
 }
 
@@ -69,11 +69,11 @@ pub(crate) enum Node {
     Group(BTreeMap<String, Node>, Vec<(String, Attribute)>),
     /// A contiguous data set of fixed extent: extent and bytes.
     Static(Kind, u64, Vec<u8>),
-    /// The growing data set of this number, with attributes; further names of it have none.
-    Growing(usize, Vec<(String, Attribute)>),
+    /// The extendible data set of this number, with attributes; further names of it have none.
+    Extendible(usize, Vec<(String, Attribute)>),
 }
 
-/// A growing data set in the file.
+/// An extendible data set in the file.
 #[derive(Debug)]
 struct Set {
     spec: Spec,
@@ -116,9 +116,9 @@ impl Changes {
     }
 }
 
-/// A file that grows.
+/// A file of extendible data sets.
 #[derive(Debug)]
-pub(crate) struct Growing<D> {
+pub(crate) struct ExtendibleFile<D> {
     disk: D,
     end: u64,
     sets: Vec<Set>,
@@ -129,7 +129,7 @@ pub(crate) struct Growing<D> {
     failed: bool,
 }
 
-/// The content of one growing data set in a frame.
+/// The content of one extendible data set in a frame.
 #[derive(Debug)]
 pub(crate) enum Row {
     /// The encoded bytes of a chunk.
@@ -138,7 +138,7 @@ pub(crate) enum Row {
     Constant,
 }
 
-impl<D: Disk> Growing<D> {
+impl<D: Disk> ExtendibleFile<D> {
     /// Writes a file without frames: the group `name` with `members`, in which the attribute `NSteps` of the group `Steps`
     /// counts frames.
     pub(crate) fn create(
@@ -149,7 +149,7 @@ impl<D: Disk> Growing<D> {
         let mut image = Image { bytes: vec![0; 96], sets: Vec::new(), specs, count_at: 0 };
         let links = links(&members);
         for number in 0..image.specs.len() {
-            image.growing(number, &members, links.get(&number).copied().unwrap_or(1));
+            image.extendible(number, &members, links.get(&number).copied().unwrap_or(1));
         }
         let mut root = BTreeMap::new();
         root.insert(name.to_owned(), Node::Group(members, attributes));
@@ -161,7 +161,7 @@ impl<D: Disk> Growing<D> {
         Ok(Self { disk, end, sets, count_at, count: 0, failed: false })
     }
 
-    /// Adds a frame: one row for every growing data set. After an error the file has the frames before, and takes no more.
+    /// Adds a frame: one row for every extendible data set. After an error the file has the frames before, and takes no more.
     pub(crate) fn append(&mut self, rows: Vec<Row>) -> io::Result<()> {
         if std::mem::replace(&mut self.failed, true) {
             return Err(io::Error::other("a frame before could not be written"));
@@ -194,8 +194,8 @@ impl<D: Disk> Growing<D> {
 
 impl Set {
     fn add(&mut self, number: u64, row: Row, changes: &mut Changes) {
-        let per_frame = match self.spec.growth {
-            Growth::Chunk(rows) => rows,
+        let per_frame = match self.spec.extension {
+            Extension::Chunk(rows) => rows,
             _ => 1,
         };
         match row {
@@ -204,21 +204,23 @@ impl Set {
                 let address = changes.append(bytes);
                 self.tree.add(number * per_frame, size, address, changes);
             }
-            Row::Number(bytes) if number.is_multiple_of(ROWS) => {
+            Row::Number(bytes) if number.is_multiple_of(ROWS_PER_CHUNK) => {
                 let mut chunk = bytes.to_vec();
-                chunk.resize(8 * usize::try_from(ROWS).unwrap_or(1), 0);
+                chunk.resize(8 * usize::try_from(ROWS_PER_CHUNK).unwrap_or(1), 0);
                 let size = chunk.len();
                 self.chunk = changes.append(chunk);
                 self.tree.add(number, size, self.chunk, changes);
             }
-            Row::Number(bytes) => changes.prepare(self.chunk + 8 * (number % ROWS), bytes.to_vec()),
+            Row::Number(bytes) => {
+                changes.prepare(self.chunk + 8 * (number % ROWS_PER_CHUNK), bytes.to_vec())
+            }
             Row::Constant => {}
         }
         changes.publish(self.extent_at, (per_frame * (number + 1)).to_le_bytes().to_vec());
     }
 }
 
-/// How many names every growing data set has.
+/// How many names every extendible data set has.
 fn links(members: &BTreeMap<String, Node>) -> BTreeMap<usize, u32> {
     let mut count = BTreeMap::new();
     for node in members.values() {
@@ -228,21 +230,21 @@ fn links(members: &BTreeMap<String, Node>) -> BTreeMap<usize, u32> {
                     *count.entry(number).or_default() += more;
                 }
             }
-            Node::Growing(number, _) => *count.entry(*number).or_default() += 1,
+            Node::Extendible(number, _) => *count.entry(*number).or_default() += 1,
             Node::Static(..) => {}
         }
     }
     count
 }
 
-/// The first attributes that a growing data set is given.
+/// The first attributes that a extendible data set is given.
 fn attributes_of(
     members: &BTreeMap<String, Node>,
     wanted: usize,
 ) -> Option<&[(String, Attribute)]> {
     members.values().find_map(|node| match node {
         Node::Group(inner, _) => attributes_of(inner, wanted),
-        Node::Growing(number, attributes) if *number == wanted && !attributes.is_empty() => {
+        Node::Extendible(number, attributes) if *number == wanted && !attributes.is_empty() => {
             Some(&attributes[..])
         }
         _ => None,
@@ -253,7 +255,7 @@ fn attributes_of(
 struct Image {
     bytes: Vec<u8>,
     specs: Vec<Spec>,
-    /// Header and state of every growing data set.
+    /// Header and state of every extendible data set.
     sets: Vec<(u64, Set)>,
     count_at: u64,
 }
@@ -266,13 +268,13 @@ impl Image {
         address
     }
 
-    /// Adds the header of a growing data set.
-    fn growing(&mut self, number: usize, members: &BTreeMap<String, Node>, links: u32) {
+    /// Adds the header of a extendible data set.
+    fn extendible(&mut self, number: usize, members: &BTreeMap<String, Node>, links: u32) {
         let spec = self.specs[number].clone();
-        let (rows, fill) = match spec.growth {
-            Growth::Chunk(rows) => (rows, 0),
-            Growth::Number => (ROWS, 0),
-            Growth::Constant(value) => (ROWS, value),
+        let (rows, fill) = match spec.extension {
+            Extension::Chunk(rows) => (rows, 0),
+            Extension::Number => (ROWS_PER_CHUNK, 0),
+            Extension::Constant(value) => (ROWS_PER_CHUNK, value),
         };
         let columns: Vec<u64> = spec.columns.into_iter().collect();
         let with = |first: u64| [&[first], &columns[..]].concat();
@@ -298,7 +300,7 @@ impl Image {
         for (name, node) in members {
             let address = match node {
                 Node::Group(members, attributes) => self.group(members, attributes),
-                Node::Growing(number, _) => self.sets[*number].0,
+                Node::Extendible(number, _) => self.sets[*number].0,
                 Node::Static(kind, rows, bytes) => {
                     let size = bytes.len() as u64;
                     let address = self.add(bytes.clone());
@@ -323,7 +325,7 @@ impl Image {
             table.extend(address.to_le_bytes());
             table.extend([0; 24]);
         }
-        table.resize(8 + 40 * MOST_NAMES, 0);
+        table.resize(8 + 40 * MOST_LINKS, 0);
         let table = self.add(table);
         let size = names.len() as u64;
         let names = self.add(names);
