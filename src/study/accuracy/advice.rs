@@ -5,10 +5,10 @@ use super::{Quantity, Role, Study};
 use crate::output::plot::label;
 use crate::study::run::Timing;
 
-/// Errors are known where references agree so many times better.
-const BETTER: f64 = 10.0;
-/// Runs with a larger error than this in any field are not advised for another.
-const WORTHLESS: f64 = 1.0;
+/// Noise floor of errors, in units of the distance between the references.
+const NOISE_FLOOR_RATIO: f64 = 10.0;
+/// Runs with a larger relative error in any field are not recommended, however accurate they are in another.
+const LARGEST_SOUND_ERROR: f64 = 1.0;
 
 /// Quantity of the advice: the one that was asked for; without that a field, or the number of spots where references
 /// diverge.
@@ -64,7 +64,8 @@ pub(super) fn advice(study: &Study, case: &Case) -> String {
         None => format!(" in the {name}: "),
     };
     let fields = Quantity::FIELDS;
-    let sound = |p: &Point| fields.iter().all(|q| p.error(*q).is_none_or(|e| e <= WORTHLESS));
+    let sound =
+        |p: &Point| fields.iter().all(|q| p.error(*q).is_none_or(|e| e <= LARGEST_SOUND_ERROR));
     let good = ranked.iter().filter(|(point, error, _)| *error <= enough && sound(point));
     let good: Vec<_> = good.collect();
     text += &match good.first() {
@@ -137,7 +138,9 @@ fn trust(study: &Study, case: &Case, quantity: Quantity, ranked: &[(&Point, f64,
     // Of many pairs one agrees well by accident.
     let others = reference.others.iter().map(|(name, apart)| (name, *apart));
     let third = others.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, apart)| {
-        quantity.is_field() && reference.diverged.is_none() && *apart > BETTER * agreement
+        quantity.is_field()
+            && reference.diverged.is_none()
+            && *apart > NOISE_FLOOR_RATIO * agreement
     });
     let third = third.map_or(String::new(), |(name, apart)| {
         format!(" (the next, {name}, is {} away)", percent(apart))
@@ -145,11 +148,11 @@ fn trust(study: &Study, case: &Case, quantity: Quantity, ranked: &[(&Point, f64,
     let agreed = percent(agreement);
     let text = format!(" The references, {first} and {second}{alike}, agree to {agreed}{third}");
     // Of errors that are smaller than this more than their size is not known.
-    let floor = BETTER * agreement;
+    let floor = NOISE_FLOOR_RATIO * agreement;
     let below = ranked.iter().filter(|(_, error, _)| *error < floor).count();
     let mut text = match below {
         _ if agreement == 0.0 => format!("{text}."),
-        0 => format!("{text}, {BETTER} times or more below every error shown."),
+        0 => format!("{text}, {NOISE_FLOOR_RATIO} times or more below every error shown."),
         _ => format!(
             "{text}: of errors below {} only the order of magnitude is known ({below} of {}).",
             percent(floor),

@@ -74,10 +74,9 @@ impl Errors {
     ) -> Self {
         let course = norm.course(states, &truth.states);
         let before = |d: &&Distance| d.time > 0.0 && diverged.is_none_or(|at| d.time < at);
-        let [species, shape] = norm.fields();
         let of = Quantity::ALL.map(|quantity| match quantity {
-            Quantity::Species if !species => None,
-            Quantity::Shape if !shape => None,
+            Quantity::Species if !norm.has_species() => None,
+            Quantity::Shape if !norm.shape_moves() => None,
             field if field.is_field() => {
                 course.iter().filter(before).map(|d| d.of(field)).reduce(f64::max)
             }

@@ -7,8 +7,8 @@ use crate::model::{Model, State};
 use crate::num::real;
 use crate::sheet::Sheet;
 
-/// Displacements below this share of the sheet's size are none.
-const STILL: f64 = 1e-6;
+/// Least scale of shape differences, as a share of the size of the sheet: that of a sheet at rest.
+const DISPLACEMENT_FLOOR: f64 = 1e-6;
 /// Distances below this share of the sheet's size are round-off of the alignment.
 const ROUND_OFF: f64 = 1e-13;
 
@@ -114,9 +114,14 @@ impl Norm {
         Self { moves: model.moves(), ..Self::new(model.sheet(), species) }
     }
 
-    /// Whether there are species, and whether the shape moves.
-    pub(crate) fn fields(&self) -> [bool; 2] {
-        [!self.species.is_empty(), self.moves]
+    /// Whether there are species to compare.
+    pub(crate) fn has_species(&self) -> bool {
+        !self.species.is_empty()
+    }
+
+    /// Whether the shape moves.
+    pub(crate) fn shape_moves(&self) -> bool {
+        self.moves
     }
 
     /// Distances of `states` from those of `reference` at the same times.
@@ -153,7 +158,7 @@ impl Norm {
             a.1.relative().total_cmp(&b.1.relative())
         };
         let distance = if apart > ROUND_OFF * size { apart } else { 0.0 };
-        let shape = Difference { distance, size: moved.max(STILL * size) };
+        let shape = Difference { distance, size: moved.max(DISPLACEMENT_FLOOR * size) };
         Distance { time: a.time, shape, species: species.enumerate().max_by(by) }
     }
 }

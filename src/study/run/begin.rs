@@ -216,7 +216,7 @@ fn check(root: &Path, plan: &Plan, force: bool) -> Result<bool> {
                        directory itself";
         return refuse(root, message);
     }
-    match slurm::queued(root) {
+    match slurm::active_job(root) {
         None => Ok(true),
         Some(job) => {
             let how = format!("wait until that has ended, or end it with scancel {job}");

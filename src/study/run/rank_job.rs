@@ -14,7 +14,7 @@ use crate::run::Result;
 
 /// Seconds that Open MPI's launcher waits before it passes a signal to end on to the ranks, and again before it kills them;
 /// together less than the job has left then.
-const GRACE: u32 = slurm::WARNING / 2 - 5;
+const GRACE: u32 = slurm::SIGNAL_LEAD / 2 - 5;
 
 /// A run over ranks that Slurm starts.
 pub struct RankJob<'a> {
@@ -44,8 +44,9 @@ impl RankJob<'_> {
     /// # Errors
     /// A path or an option with a line break in it.
     pub fn script(&self) -> Result<String> {
-        let (root, program) = (slurm::text(self.root)?, slurm::text(&self.program)?);
-        let (scene, launcher) = (slurm::text(&self.scene)?, slurm::text(Path::new(self.launcher))?);
+        let (root, program) = (slurm::script_path(self.root)?, slurm::script_path(&self.program)?);
+        let (scene, launcher) =
+            (slurm::script_path(&self.scene)?, slurm::script_path(Path::new(self.launcher))?);
         let mut lines = vec![
             "#!/bin/sh".to_owned(),
             format!(
@@ -56,7 +57,7 @@ impl RankJob<'_> {
             format!("#SBATCH --cpus-per-task={}", self.threads),
             format!("#SBATCH --output=\"{}.log\"", slurm::escaped_log_path(&root)),
             "#SBATCH --open-mode=append".to_owned(),
-            format!("#SBATCH --signal=B:TERM@{}", slurm::WARNING),
+            format!("#SBATCH --signal=B:TERM@{}", slurm::SIGNAL_LEAD),
             "#SBATCH --requeue".to_owned(),
         ];
         lines.extend(slurm::options(self.options)?);

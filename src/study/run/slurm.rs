@@ -13,8 +13,8 @@ pub const SCRIPT: &str = "sweep.sbatch";
 /// Name of the folder of what the tasks print, and of the number of the job.
 pub const LOGS: &str = "slurm";
 const JOB: &str = "job";
-/// Seconds before the end of a time limit at which a member is asked to end.
-pub(super) const WARNING: u32 = 60;
+/// Seconds between SIGTERM to a member and the end of its time limit.
+pub(super) const SIGNAL_LEAD: u32 = 60;
 
 /// An array job of Slurm.
 pub struct Array<'a> {
@@ -36,7 +36,7 @@ impl Array<'_> {
     /// # Errors
     /// A path or an option with a line end in it.
     pub fn script(&self, members: &[usize]) -> Result<String> {
-        let (root, program) = (text(self.root)?, text(&self.program)?);
+        let (root, program) = (script_path(self.root)?, script_path(&self.program)?);
         let name = job_name(&self.plan.scene);
         let most = self.jobs.map_or(String::new(), |jobs| format!("%{jobs}"));
         let logs = escaped_log_path(&root);
@@ -47,7 +47,7 @@ impl Array<'_> {
             format!("#SBATCH --array={}{most}", ranges(members)),
             format!("#SBATCH --cpus-per-task={}", self.plan.threads),
             format!("#SBATCH --output=\"{logs}/{LOGS}/%A_%a.log\""),
-            format!("#SBATCH --signal=B:TERM@{WARNING}"),
+            format!("#SBATCH --signal=B:TERM@{SIGNAL_LEAD}"),
             "#SBATCH --requeue".to_owned(),
         ];
         if let Some(bytes) = self.memory(members) {
@@ -142,7 +142,7 @@ pub(super) fn options(given: &[String]) -> Result<Vec<String>> {
 }
 
 /// The job that was submitted for the sweep in `root`, if tasks of it wait or run.
-pub(crate) fn queued(root: &Path) -> Option<String> {
+pub(crate) fn active_job(root: &Path) -> Option<String> {
     let job = std::fs::read_to_string(root.join(LOGS).join(JOB)).ok()?.trim().to_owned();
     let number = !job.is_empty() && job.bytes().all(|b| b.is_ascii_digit());
     // A job that is long gone is an error of squeue.
@@ -167,8 +167,8 @@ fn ranges(members: &[usize]) -> String {
     runs.iter().map(text).collect::<Vec<_>>().join(",")
 }
 
-/// A path for a line of the script.
-pub(super) fn text(path: &Path) -> Result<String> {
+/// A path in a line of a job script.
+pub(super) fn script_path(path: &Path) -> Result<String> {
     let text = path.to_str().filter(|text| !text.contains(['\n', '\r']));
     text.map(str::to_owned).ok_or_else(|| {
         let what = "has a line break in it, or is not UTF-8; a job script cannot name it";
