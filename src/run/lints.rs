@@ -9,7 +9,7 @@ use crate::Vec3;
 use crate::effects::Elasticity;
 use crate::geometry::{aligned, face_areas};
 use crate::kinetics::Kinetics;
-use crate::model::{Chemistry, Drag, Mechanics, Model, Potential};
+use crate::model::{Chemistry, Drag, Mechanics, Model, Potential, State};
 use crate::num::Short;
 use crate::scene::{Scene, SheetSource};
 use crate::sheet::Sheet;
@@ -152,9 +152,10 @@ pub(super) fn on_law(scene: &Scene, law: &dyn Kinetics, notes: &mut Vec<String>)
     }
 }
 
-/// Inspects coefficients of diffusion that differ from place to place.
-pub(super) fn on_diffusion(model: &Model, notes: &mut Vec<String>) {
-    if let Some(found) = model.chemistry().and_then(Chemistry::ill_posed) {
+/// Inspects coefficients of diffusion that differ from place to place, and those that read species, at the start.
+pub(super) fn on_diffusion(model: &Model, start: &State, notes: &mut Vec<String>) {
+    let at = |chemistry: &Chemistry| chemistry.ill_posed_at(model.sheet(), &start.species);
+    if let Some(found) = model.chemistry().and_then(at) {
         notes.push(format!("warning: {found}"));
     }
 }

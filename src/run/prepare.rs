@@ -187,6 +187,8 @@ fn start(scene: &Scene, simulation: &mut Simulation) -> Result<()> {
     simulation.evaluate().length_factor()?;
     simulation.evaluate().curvature()?;
     simulation.notes.extend(simulation.stepper.find_breakpoints());
+    let Stepper { workspace, state, .. } = &simulation.stepper;
+    lints::on_diffusion(&workspace.model, state, &mut simulation.notes);
     Ok(())
 }
 
@@ -260,9 +262,8 @@ fn problem<'a>(
         .solved_by(&*scene.time.integrator, &*scene.equilibrium))
 }
 
-/// Notes on what moves species, and on what holds, loads and damps the sheet.
+/// Notes on what holds, loads and damps the sheet.
 fn note_model(scene: &Scene, model: &Model, notes: &mut Vec<String>) -> Result<()> {
-    lints::on_diffusion(model, notes);
     let mechanics = model.mechanics();
     if mechanics.is_empty() {
         if scene.stability.as_ref().is_some_and(|s| s.watch) {

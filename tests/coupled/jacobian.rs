@@ -207,7 +207,7 @@ fn the_jacobian_is_exact_for_species_on_vertices() {
                 |species, d| TransportTerm::new(Cotan::new(&sheet, species, d, measure, rest));
             let mut transport = vec![cotan(0, 0.7), cotan(1, 2.0)];
             if measure == Measure::Concentration {
-                let by_species = |text| SpeciesFormula::new(text, &["a", "b"]).unwrap();
+                let by_species = |text| SpeciesFormula::new(text, &["a", "b"], false).unwrap();
                 transport.push(cotan(0, 1.0).with_coefficient(by_species("1 + a^2 + 0.3*sin(b)")));
                 let crossed = Cotan::new(&sheet, 1, 0.5, measure, rest).reading(0);
                 let crossed = TransportTerm::new(crossed);

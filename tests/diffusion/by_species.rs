@@ -119,7 +119,7 @@ fn coefficients_that_no_diffusion_has_are_refused() {
     };
     let (vertex, concentration) = (Location::Vertex, Measure::Concentration);
     for (formula, location, measure, words) in [
-        ("1 + c*t", vertex, concentration, "does not read the time"),
+        ("1 + c*t", vertex, concentration, "unknown name `t`"),
         ("1 + c", Location::Face, concentration, "for species on vertices"),
         ("1 + c", vertex, Measure::Amount, "for concentrations"),
         ("1 + d", vertex, concentration, "d"),
@@ -129,6 +129,19 @@ fn coefficients_that_no_diffusion_has_are_refused() {
         assert_eq!(error.key, "coefficient", "{error}");
         assert!(error.message.contains(words), "{error}");
     }
+    // The names that an unknown one may have meant are those that are read: the time is not.
+    for (formula, help) in [
+        ("tt*c", "There are x, y, z (rest position, length), pi and the species c"),
+        (
+            "1 + cc",
+            "did you mean `c`? There are x, y, z (rest position, length), pi and the species c",
+        ),
+        ("t", "the time is not read here. There are x, y, z"),
+    ] {
+        let spec = Diffusion::of("c", Some(Field::Formula(formula.into())));
+        let error = spec.build(&context(vertex, concentration)).err().unwrap();
+        assert!(error.help.as_deref().is_some_and(|said| said.starts_with(help)), "{error:?}");
+    }
     let text = "sheet = { shape = 'disc', radius = 3.0, vertices = 100 }
          time = { until = 1.0 }
          kinetics = { rates = { c = '0' }, initial = { c = { formula = 'x' } } }
@@ -136,5 +149,6 @@ fn coefficients_that_no_diffusion_has_are_refused() {
     let (_, mut simulation) = prepare(text, &[]);
     let error = simulation.prepare().and_then(|_| simulation.step(1.0).map(|_| ()));
     let message = error.unwrap_err().to_string();
-    assert!(message.contains("the coefficient of diffusion of `c` becomes -"), "{message}");
+    let words = "effect[0].coefficient: the coefficient of diffusion of `c` becomes -";
+    assert!(message.contains(words), "{message}");
 }

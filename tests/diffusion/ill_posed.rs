@@ -4,6 +4,8 @@ use rumple::kinetics::Search;
 use rumple::scene::Scene;
 use rumple::{Error, Simulation};
 
+use crate::run::program::{folder, rumple, text};
+
 /// Diffusion of u and v with these coefficients, and cross-diffusion both ways; the notes.
 fn prepared(own: [&str; 2], cross: [&str; 2]) -> Result<Vec<String>, Error> {
     let mut text =
@@ -46,6 +48,65 @@ fn a_negative_eigenvalue_is_refused_with_the_matrix() {
 fn of_coefficients_that_read_species_nothing_is_said() {
     assert_eq!(prepared(["'4 + u'", "1.0"], ["2.0", "1.0"]).unwrap(), Vec::<String>::new());
     assert_eq!(prepared(["'1 + 0.1*x'", "1.0"], ["'0.5*u'", "1.0"]).unwrap(), Vec::<String>::new());
+}
+
+/// Of u and v, with `2 u` and `2 v` as coefficients of cross-diffusion: ill-posed where 4 u v > 1.
+const BY_SPECIES: &str = "sheet = { shape = 'disc', radius = 2.0, vertices = 100 }
+time = { until = 1.0 }
+effect = [
+    { kind = 'diffusion', species = 'u', coefficient = 1.0 },
+    { kind = 'diffusion', species = 'v', coefficient = 1.0 },
+    { kind = 'cross-diffusion', species = 'u', by = 'v', coefficient = '2*u' },
+    { kind = 'cross-diffusion', species = 'v', by = 'u', coefficient = '2*v' },
+]
+[kinetics]
+rates = { u = '1', v = '1' }
+initial = { u = { formula = '0.3 + 0.1*sin(9*x)*cos(8*y)' }, v = { formula = '0.3 + 0.1*cos(9*x)*sin(8*y)' } }
+";
+
+/// The law was blamed, whose rates are numbers.
+#[test]
+fn a_blow_up_by_coefficients_that_read_species_names_their_keys() {
+    let folder = folder(BY_SPECIES);
+    let out = rumple(folder.path(), &["run", "scene.toml", "--out", "a", "--quiet"]);
+    let said = text(&out.stderr);
+    assert_eq!(out.status.code(), Some(1), "{said}");
+    for part in [
+        "the cause is the chemistry: effect[2].coefficient, effect[3].coefficient: the matrix of the coefficients of u, v",
+        "short waves grow without bound",
+    ] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    assert!(!said.contains("a law whose rate levels off"), "{said}");
+}
+
+#[test]
+fn coefficients_that_are_ill_posed_at_the_species_of_the_start_are_told() {
+    let notes = |text: &str| {
+        let scene = Scene::parse(text, "scene.toml", &[]).unwrap();
+        let made = Simulation::new(&scene, &Search::in_directories(Vec::new())).unwrap();
+        made.notes().to_vec()
+    };
+    assert_eq!(notes(BY_SPECIES), Vec::<String>::new());
+    let notes = notes(&BY_SPECIES.replace("'0.3 + 0.1*sin", "'3 + 0.1*sin"));
+    let [note] = &notes[..] else { panic!("{notes:?}") };
+    let words = "warning: effect[2].coefficient, effect[3].coefficient: the matrix of the coefficients of u, v, [[1, ";
+    assert!(note.starts_with(words), "{note}");
+}
+
+/// It was said that the law, a number, has a pole or a switch.
+#[test]
+fn a_coefficient_that_becomes_negative_is_named_by_its_key() {
+    let scene = "sheet = { shape = 'disc', radius = 2.0, vertices = 100 }
+        time = { until = 1.0 }
+        kinetics = { rates = { u = '1' }, initial = { u = { formula = '0.8 + 0.1*sin(9*x)*cos(8*y)' } } }
+        effect = [{ kind = 'diffusion', species = 'u', coefficient = '1 - u' }]";
+    let folder = folder(scene);
+    let out = rumple(folder.path(), &["run", "scene.toml", "--out", "a", "--quiet"]);
+    let said = text(&out.stderr);
+    assert_eq!(out.status.code(), Some(1), "{said}");
+    let words = "error: effect[0].coefficient: the coefficient of diffusion of `u` becomes -";
+    assert!(said.contains(words) && !said.contains("its law"), "{said}");
 }
 
 #[test]

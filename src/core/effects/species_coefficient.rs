@@ -13,7 +13,7 @@
 //! ∂ċ_i/∂b_i = -Σ_j of these         ∂ċ_i/∂u_i = ½ D'_i Σ_j L_ij (b_j - b_i)
 //! ```
 
-use super::{Operator, TransportTerm};
+use super::{Operator, TransportTerm, Values};
 use crate::Vec3;
 use crate::kinetics::formula::SpeciesFormula;
 use crate::parallel;
@@ -76,6 +76,18 @@ impl TransportTerm {
     pub fn with_coefficient(mut self, formula: SpeciesFormula) -> Self {
         self.coefficient = Some(formula);
         self
+    }
+
+    /// As [`Transport::diffusivity`](super::Transport::diffusivity), where a coefficient that reads `species` is taken in a triangle as the
+    /// mean over its corners.
+    #[must_use]
+    pub fn diffusivity_at(&self, sheet: &Sheet, species: &[&[f64]]) -> Option<Values> {
+        let factor = self.transport_diffusivity()?;
+        let Some(formula) = &self.coefficient else { return Some(factor) };
+        let At { d, .. } = At::new(self, formula, sheet, species);
+        let mean = |corners: &[u32; 3]| corners.iter().map(|v| d[*v as usize]).sum::<f64>() / 3.0;
+        let each = sheet.triangles().iter().enumerate();
+        Some(Values::Each(each.map(|(t, corners)| factor.at(t) * mean(corners)).collect()))
     }
 
     /// Numbers of the species that the coefficient reads.

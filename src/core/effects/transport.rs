@@ -86,6 +86,8 @@ pub struct TransportTerm {
     transport: Box<dyn AnyTransport>,
     /// A factor at the points that reads species (`species_coefficient.rs`).
     pub(super) coefficient: Option<SpeciesFormula>,
+    /// Number of the effect that it is part of.
+    pub(crate) effect: Option<usize>,
 }
 
 impl std::fmt::Debug for TransportTerm {
@@ -98,7 +100,14 @@ impl TransportTerm {
     /// Holds `transport`.
     #[must_use]
     pub fn new(transport: impl Transport) -> Self {
-        Self { transport: Box::new(Boxed(transport)), coefficient: None }
+        Self { transport: Box::new(Boxed(transport)), coefficient: None, effect: None }
+    }
+
+    /// The key of its coefficient, as `effect[2].coefficient`.
+    #[must_use]
+    pub fn coefficient_key(&self) -> String {
+        let table = self.effect.map_or(String::new(), |number| format!("effect[{number}]."));
+        table + self.key()
     }
 
     /// On the shape `x`.
@@ -112,7 +121,12 @@ impl TransportTerm {
     /// As [`Transport::diffusivity`]; `None` of a coefficient that reads species.
     #[must_use]
     pub fn diffusivity(&self) -> Option<Values> {
-        self.transport.diffusivity().filter(|_| self.coefficient.is_none())
+        self.transport_diffusivity().filter(|_| self.coefficient.is_none())
+    }
+
+    /// As [`Transport::diffusivity`], without the factor that reads species.
+    pub(super) fn transport_diffusivity(&self) -> Option<Values> {
+        self.transport.diffusivity()
     }
 }
 

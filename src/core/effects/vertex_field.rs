@@ -77,25 +77,26 @@ impl EffectContext<'_> {
         field: &Field<N>,
         key: &'static str,
     ) -> Result<VertexField, EffectError> {
-        match self.species_formula(field, key)? {
+        match self.species_formula(field, key, true)? {
             Some(formula) => Ok(VertexField::Formula(Box::new(formula))),
             None => self.values(field, Location::Vertex, key).map(VertexField::Given),
         }
     }
 
-    /// The formula of a field that reads species or the time; `key` is to blame.
+    /// The formula of a field that reads species or, where it may be `timed`, the time; `key` is to blame.
     ///
     /// # Errors
-    /// A formula with a name that is neither position, time nor a species.
-    pub(super) fn species_formula<N>(
+    /// A formula with a name that is neither position, nor the time that it may read, nor a species.
+    fn species_formula<N>(
         &self,
         field: &Field<N>,
         key: &'static str,
+        timed: bool,
     ) -> Result<Option<SpeciesFormula>, EffectError> {
         let Field::Formula(text) = field else { return Ok(None) };
         let species = self.kinetics.map_or(&[][..], |(law, _)| &law.species);
         let species: Vec<&str> = species.iter().map(|s| s.name.as_str()).collect();
-        let formula = SpeciesFormula::new(text, &species).map_err(|e| EffectError {
+        let formula = SpeciesFormula::new(text, &species, timed).map_err(|e| EffectError {
             key,
             message: e.message,
             help: e.help,
@@ -114,16 +115,10 @@ impl EffectContext<'_> {
         location: Location,
     ) -> Result<Option<SpeciesFormula>, EffectError> {
         let key = "coefficient";
-        let Some(formula) = self.species_formula(field, key)? else { return Ok(None) };
+        let Some(formula) = self.species_formula(field, key, false)? else { return Ok(None) };
         let refuse = |message: &str, help: &str| {
             Err(EffectError { key, message: message.into(), help: Some(help.into()) })
         };
-        if formula.depends_on_time() {
-            return refuse(
-                "a coefficient of diffusion does not read the time",
-                "a formula of x, y, z (rest position) and species",
-            );
-        }
         if location != Location::Vertex {
             return refuse(
                 "a coefficient that reads species is for species on vertices",

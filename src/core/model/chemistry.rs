@@ -447,6 +447,7 @@ impl Chemistry {
     ) -> Result<(), ModelError> {
         let crosses = term.read_species() != term.species();
         term.add_rate_of(sheet, operator, species, out).map_err(|wrong| ModelError::Coefficient {
+            key: term.coefficient_key(),
             effect: term.name(),
             range: if crosses { "a finite number" } else { "a number ≥ 0" },
             species: self.descriptor().species[term.species()].name.clone(),

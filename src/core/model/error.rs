@@ -63,10 +63,12 @@ pub enum ModelError {
     },
     /// An inadmissible coefficient of diffusion or cross-diffusion, by a formula of species.
     #[error(
-        "the coefficient of {effect} of `{species}` becomes {} at {} {point}; it must be {range}",
+        "{key}: the coefficient of {effect} of `{species}` becomes {} at {} {point}; it must be {range}",
         Short(*value), location.noun()
     )]
     Coefficient {
+        /// Its key.
+        key: String,
         /// Name of the effect.
         effect: &'static str,
         /// What it has to be.

@@ -192,7 +192,7 @@ impl Problem<'_> {
         all.mechanics.tally = self.tally.clone();
         all.mechanics.pins = vec![[false; 3]; self.sheet.vertex_count()];
         for (number, spec) in self.effects.iter().enumerate() {
-            let effect = spec.build(&context).map_err(|e| ProblemError {
+            let mut effect = spec.build(&context).map_err(|e| ProblemError {
                 part: Part::Effect(number, e.key.to_string()),
                 message: e.message,
                 help: e.help,
@@ -206,6 +206,7 @@ impl Problem<'_> {
             self.check_prescribed(number, &all.mechanics.prescribed, &effect.prescribed)?;
             check_held(number, &all.held, &effect.held)?;
             check_internal(number, &all.internal, &effect.internal)?;
+            effect.transports.iter_mut().for_each(|term| term.effect = Some(number));
             let crosses = effect.transports.iter().any(|t| {
                 t.read_species() != t.species()
                     || t.read_by_coefficient().iter().any(|s| *s != t.species())

@@ -214,6 +214,17 @@ pub enum SolveError {
         /// Its rate before and after.
         rates: [f64; 2],
     },
+    /// A coefficient that reads species becomes inadmissible however short the steps of the chemistry are.
+    #[error(
+        "{cause}, however short the steps of the chemistry near time {time}; try a formula that stays in its range, as \
+         max(…, 0), or an end before that time (time.until)"
+    )]
+    Inadmissible {
+        /// Time reached.
+        time: f64,
+        /// The coefficient, and where.
+        cause: ModelError,
+    },
     /// An implicit or explicit integrator of the library gave up.
     #[error(
         "the {method} integrator stopped at time {time}: {message}; try a looser time.integrator.rtol or another \
@@ -357,9 +368,11 @@ impl SolveError {
     pub fn is_recoverable(&self) -> bool {
         match self {
             Self::Model(error) => error.is_recoverable(),
-            Self::Interrupted | Self::Pairing(_) | Self::Start { .. } | Self::Unresolved { .. } => {
-                false
-            }
+            Self::Interrupted
+            | Self::Pairing(_)
+            | Self::Start { .. }
+            | Self::Unresolved { .. }
+            | Self::Inadmissible { .. } => false,
             Self::Problem { recoverable, .. } => *recoverable,
             _ => true,
         }

@@ -93,6 +93,7 @@ impl SolveError {
             Self::StepTooSmall { .. } => Cause::Error,
             Self::TooManySteps { .. }
             | Self::Unresolved { .. }
+            | Self::Inadmissible { .. }
             | Self::NotSteady { .. }
             | Self::Leap { .. } => Cause::Chemistry,
             _ => Cause::Solver,

@@ -12,6 +12,22 @@ use rumple_numerics::num::index;
 /// The number of the first species among its inputs, behind those of position and time.
 const FIRST: usize = NAMES.len();
 
+/// The names that a formula can read in place of one that it cannot.
+fn unknown(name: &str, known: &[&str], species: &[&str]) -> String {
+    let near = nearest(name, known.iter().chain(species).copied());
+    let near = match near {
+        _ if NAMES.contains(&name) => "the time is not read here. ".to_owned(),
+        Some(near) => format!("did you mean `{near}`? "),
+        None => String::new(),
+    };
+    let time = if known.len() > AXES.len() { ", t (time)" } else { "" };
+    let species = match species.is_empty() {
+        true => "no species".to_owned(),
+        false => format!("the species {}", species.join(", ")),
+    };
+    format!("{near}There are x, y, z (rest position, length){time}, pi and {species}")
+}
+
 /// A formula of the rest position `x`, `y`, `z`, the time `t` and species, with its derivatives by these.
 #[derive(Debug, Clone)]
 pub struct SpeciesFormula {
@@ -22,34 +38,26 @@ pub struct SpeciesFormula {
 }
 
 impl SpeciesFormula {
-    /// Reads it; a species called x, y, z or t is hidden by position and time.
+    /// Reads it; the time `t` may be read if it is `timed`. A species called x, y, z or t is hidden by position and time.
     ///
     /// # Errors
     /// If the text is not a formula, or mentions anything else.
-    pub fn new(text: &str, species: &[&str]) -> Result<Self, FormulaError> {
+    pub fn new(text: &str, species: &[&str], timed: bool) -> Result<Self, FormulaError> {
+        let known = &NAMES[..if timed { NAMES.len() } else { AXES.len() }];
         let mut graph = Graph::of(text.len());
         let tree = parse::parse(text)?;
-        let (mut read, mut timed) = (Vec::new(), false);
+        let (mut read, mut varying) = (Vec::new(), false);
         let id = graph.insert(&tree, &mut |graph, name| {
             if name == "pi" {
                 return Ok(graph.constant(std::f64::consts::PI));
             }
-            if let Some(k) = NAMES.iter().position(|known| *known == name) {
-                timed |= index(k) == TIME;
+            if let Some(k) = known.iter().position(|known| *known == name) {
+                varying |= index(k) == TIME;
                 return Ok(graph.input(index(k)));
             }
-            let Some(s) = species.iter().position(|known| *known == name) else {
-                let all = || NAMES.iter().chain(species).copied();
-                let near = nearest(name, all())
-                    .map(|near| format!("did you mean `{near}`? "))
-                    .unwrap_or_default();
-                let species = match species.is_empty() {
-                    true => "no species".to_owned(),
-                    false => format!("the species {}", species.join(", ")),
-                };
-                return Err(format!(
-                    "{near}There are x, y, z (rest position, length), t (time), pi and {species}"
-                ));
+            let hidden = NAMES.contains(&name);
+            let Some(s) = species.iter().position(|other| *other == name && !hidden) else {
+                return Err(unknown(name, known, species));
             };
             read.push(s);
             Ok(graph.input(index(FIRST + s)))
@@ -60,7 +68,7 @@ impl SpeciesFormula {
         let slopes: Vec<_> = slopes.collect::<Result<_, _>>().map_err(|large| large.at(text))?;
         graph.complete();
         let (value, slopes) = (Program::new(&graph, &[id]), Program::new(&graph, &slopes));
-        Ok(Self { value, slopes, read, timed })
+        Ok(Self { value, slopes, read, timed: varying })
     }
 
     /// Numbers of the species that it reads, ascending.

@@ -39,10 +39,14 @@ pub(super) fn diagnosed(scene: &Scene, simulation: &mut Simulation, error: Error
     let seen = match too_long {
         Some((step, limit)) => Some(diagnosis::too_long(step, limit)),
         // Stretched without bound, the sheet also dilutes species ever faster.
-        None => diagnosis::unbounded(workspace, state).ok().flatten().or_else(|| {
-            let seen = diagnosis::runaway(workspace, state);
-            seen.ok().flatten()
-        }),
+        None => {
+            let unbounded = diagnosis::unbounded(workspace, state).ok().flatten();
+            let ill_posed = || diagnosis::ill_posed(&workspace.model, state);
+            unbounded.or_else(ill_posed).or_else(|| {
+                let seen = diagnosis::runaway(workspace, state);
+                seen.ok().flatten()
+            })
+        }
     };
     let Some(diagnosis) = seen.map(Box::new) else { return error };
     Error::Solve(SolveError::Diagnosed { diagnosis, error: Box::new(error) })

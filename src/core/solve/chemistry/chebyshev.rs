@@ -15,6 +15,7 @@
 //! Source: Sommeijer, Shampine & Verwer, "RKC: an explicit solver for parabolic PDEs",
 //! J. Comput. Appl. Math. 88 (1998) 315, doi:10.1016/S0377-0427(97)00219-7.
 
+use crate::model::ModelError;
 use crate::num::{real, whole};
 use crate::parallel;
 use crate::reduction::Reduction;
@@ -111,10 +112,16 @@ impl Chebyshev {
         rate(t, y, &mut self.f0)?;
         self.work.right_hand_sides += 1;
         let before = self.work;
+        let mut refused = None;
         for _ in 0..MOST_STEPS {
             let done = self.work - before;
             if done.substeps >= MANY && done.rejected_substeps >= done.substeps / CHATTERS {
-                return Err(self.chatters(t, step, &done, tolerance));
+                return Err(match refused {
+                    Some(SolveError::Model(cause @ ModelError::Coefficient { .. })) => {
+                        SolveError::Inadmissible { time: t, cause }
+                    }
+                    _ => self.chatters(t, step, &done, tolerance),
+                });
             }
             if bound > 0.0 {
                 step = step.min(stable / bound);
@@ -143,6 +150,7 @@ impl Chebyshev {
                 if step.is_nan() || step < shortest {
                     return Err(cause.unwrap_or(SolveError::StepTooSmall { time: t, step }));
                 }
+                refused = cause.or(refused);
             }
         }
         Err(SolveError::TooManySteps { time: t, steps: MOST_STEPS })

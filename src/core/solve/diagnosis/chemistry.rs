@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Diagnosis, Reason};
-use crate::model::State;
+use crate::model::{Model, State};
 use crate::num::Short;
 use crate::solve::{Result, Workspace};
 
@@ -63,6 +63,19 @@ pub fn runaway(workspace: &mut Workspace, state: &State) -> Result<Option<Diagno
         ),
         advice: "a law whose rate levels off, or an end before that time (time.until)".into(),
     }))
+}
+
+/// Coefficients of diffusion and cross-diffusion with which short waves grow without bound at the species of `state`.
+#[must_use]
+pub fn ill_posed(model: &Model, state: &State) -> Option<Diagnosis> {
+    let found = model.chemistry()?.ill_posed_at(model.sheet(), &state.species)?;
+    Some(Diagnosis {
+        reason: Reason::Chemistry,
+        text: found.to_string(),
+        advice: "coefficients whose matrix has eigenvalues with real parts from 0 on at all species that occur; of two species u and v: \
+                 D_u D_v from D_uv D_vu on"
+            .into(),
+    })
 }
 
 /// The longest fixed explicit step that diffusion allows on the shape of `state`; none without diffusion.

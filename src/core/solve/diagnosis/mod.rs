@@ -6,7 +6,7 @@
 //! | load | the force on the whole sheet along motions that nothing holds; forces of effects on the sheet at rest; edges far beyond their optimal length |
 //! | start | a sheet that is still flat where its triangles collapse |
 //! | tolerance | how much of the force is round-off: what a change of all positions in their last digit makes of it; triangles that are held |
-//! | unresolved chemistry | a species that grows ever faster, or chatters; a fixed step beyond the limit of stability |
+//! | unresolved chemistry | coefficients at which short waves grow without bound; a species that grows ever faster, or chatters; a fixed step beyond the limit of stability |
 //!
 //! What is cheap is inspected wherever a relaxation fails ([`relaxation`]); the rest where a run does.
 
@@ -15,7 +15,7 @@ mod shape;
 
 use std::fmt;
 
-pub use chemistry::{explicit_limit, runaway, too_long};
+pub use chemistry::{explicit_limit, ill_posed, runaway, too_long};
 pub(crate) use shape::unheld;
 pub use shape::{blows_up, collapse, needle, relaxation, stretched, unbounded};
 
