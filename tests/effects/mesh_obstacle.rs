@@ -190,6 +190,32 @@ fn a_start_in_the_mesh_is_refused_with_its_place() {
     assert!(message.contains("none.obj"), "{message}");
 }
 
+/// A slower ramp was advised.
+#[test]
+fn a_mesh_that_reaches_pinned_vertices_names_the_pin() {
+    let here = folder("");
+    let flat = Shape::Rectangle { width: 3.0, height: 3.0 };
+    write_mesh(here.path(), &flat, 50, Vec3::new(1.0, 0.0, 0.4));
+    let moved = ", displacement = [0, 0, -2], ramp = { formula = 't' }";
+    let effects = format!(
+        "{{ kind = 'pin', where = 'rim', axes = 'xyz' }}, {}",
+        obstacle(here.path(), moved)
+    );
+    let (_, mut simulation) = prepare(&plate(3.0, 100, 1.0, &effects), &[]);
+    simulation.prepare().unwrap();
+    let error = loop {
+        match simulation.step(1.0) {
+            Ok(_) => assert!(simulation.state().time < 0.5, "it passed through the rim"),
+            Err(error) => break error.to_string(),
+        }
+    };
+    let vertex = error.split("an obstacle reaches vertex ").nth(1).expect(&error);
+    let vertex: usize = vertex.split(',').next().unwrap().parse().unwrap();
+    assert!(simulation.sheet().boundary()[vertex], "{error}");
+    assert!(error.contains("which a pin holds in its way"), "{error}");
+    assert!(!error.contains("slower"), "{error}");
+}
+
 /// A ball that moves into a plate under drag.
 fn under_drag(folder: &Path) -> String {
     write_mesh(folder, &SPHERE, 150, Vec3::new(0.0, 0.0, 1.65));

@@ -286,13 +286,12 @@ pub enum SolveError {
         rounds: usize,
     },
     /// An obstacle that a ramp moves comes too near to a shape in one step.
-    #[error(
-        "an obstacle would move through the sheet, or up to it, in one step before time {time}; try a slower ramp or a \
-         shorter step"
-    )]
+    #[error("{}", obstructed(*time, *pinned))]
     Obstructed {
         /// End of the step.
         time: f64,
+        /// The vertex that the obstacle presses most, where pins hold it against that.
+        pinned: Option<usize>,
     },
     /// A relaxation has left its trust region.
     #[error("no equilibrium lies within the trust region of the relaxation")]
@@ -354,6 +353,20 @@ fn lost(parameter: f64, step: f64) -> String {
          A triangle collapses there, the energy has a kink, or the mesh does not resolve the shape; try a finer mesh, or a \
          looser equilibrium.tolerance"
     )
+}
+
+/// Why an obstacle that moves comes no further before `time`.
+fn obstructed(time: f64, pinned: Option<usize>) -> String {
+    match pinned {
+        Some(vertex) => format!(
+            "before time {time} an obstacle reaches vertex {vertex}, which a pin holds in its way; try a displacement that ends before \
+             it, or pins elsewhere (where, axes)"
+        ),
+        None => format!(
+            "an obstacle would move through the sheet, or up to it, in one step before time {time}; try a slower ramp or a \
+             shorter step"
+        ),
+    }
 }
 
 /// Where a relaxation stopped that may not have begun.

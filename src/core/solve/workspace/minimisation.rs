@@ -1,5 +1,7 @@
 //! Minimisations of the energy: under a proximal term, within a trust region, from a guess.
 
+use std::sync::Arc;
+
 use super::super::equilibrium::{self, Equilibrium, Goal, Relaxation, Trust, explained};
 use super::super::{Result, SolveError, counters};
 use super::Workspace;
@@ -113,10 +115,11 @@ impl Workspace {
         if !self.model.mechanics().limits_steps() || from.time == to.time {
             return Ok(());
         }
-        match self.at(to).potential()?.allows_path((&from.x, from.time), &to.x) {
-            true => Ok(()),
-            false => Err(SolveError::Obstructed { time: to.time }),
+        if self.at(to).potential()?.allows_path((&from.x, from.time), &to.x) {
+            return Ok(());
         }
+        let pinned = pinned_in_the_way(self.at(from).potential()?, &from.x);
+        Err(SolveError::Obstructed { time: to.time, pinned })
     }
 
     /// Brings the shape of `state` to a minimum as `minimisation` says. On an error the shape is the last good one.
@@ -207,6 +210,21 @@ fn pull(potential: &mut Potential, mut anchor: Anchor, x: &[Vec3]) -> f64 {
     let slack = anchor.slack_force(potential.reduction()) / potential.force_scale();
     potential.set_anchor(Some(anchor));
     slack
+}
+
+/// The vertex of the shape `x` that an obstacle which moves presses most, if pins hold it against most of that force.
+fn pinned_in_the_way(potential: &mut Potential, x: &[Vec3]) -> Option<usize> {
+    let mechanics = Arc::clone(potential.mechanics());
+    let moving = |k: &usize| mechanics.terms()[*k].depends_on_time();
+    let pressed = mechanics.contacts().filter(moving).filter_map(|k| {
+        let force = potential.force_of(k, x).into_iter().enumerate();
+        force.max_by(|a, b| a.1.norm_squared().total_cmp(&b.1.norm_squared()))
+    });
+    let most = pressed.max_by(|a, b| a.1.norm_squared().total_cmp(&b.1.norm_squared()));
+    let (vertex, force) = most?;
+    let fixed = mechanics.pins()[vertex];
+    let held: f64 = (0..3).filter(|a| fixed[*a]).map(|a| force[a] * force[a]).sum();
+    (held > 0.5 * force.norm_squared()).then_some(vertex)
 }
 
 /// How far a relaxation is, in words.
