@@ -55,6 +55,7 @@ pub(super) fn on_scene(
             "the scene lists {name} more than once (effect[{number}] and effect[{second}]): {sum}"
         ));
     }
+    on_adhesion(scene, &names, notes);
     let tolerance = scene.equilibrium.tolerance();
     if tolerance >= LOOSE {
         notes.push(format!(
@@ -74,6 +75,21 @@ pub(super) fn on_scene(
             Short(thickness),
             thickness / radius
         ));
+    }
+}
+
+/// Inspects adhesion that pulls surfaces together where no effect keeps them apart; `names` are those of the effects.
+fn on_adhesion(scene: &Scene, names: &[String], notes: &mut Vec<String>) {
+    for number in (0..names.len()).filter(|k| names[*k] == "adhesion") {
+        let (to, missing, what) = match scene.written(&format!("effect[{number}].to")) {
+            Some(_) => ("a body", "obstacle", "the sheet may pass into it"),
+            None => ("the sheet itself", "contact", "surfaces may pass through one another"),
+        };
+        if !names.iter().any(|name| name == missing) {
+            notes.push(format!(
+                "effect[{number}] (adhesion) pulls the sheet to {to}, and nothing keeps them apart: {what}; list kind = \"{missing}\" as well"
+            ));
+        }
     }
 }
 

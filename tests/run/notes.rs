@@ -208,6 +208,39 @@ fn a_sheet_that_is_pinned_everywhere_is_told() {
     );
 }
 
+/// Folds passed through one another, without a word.
+#[test]
+fn adhesion_that_nothing_keeps_apart_is_told() {
+    let adhesion = "[[effect]]\nkind = \"adhesion\"\nwork = 1.0\ndistance = 0.5";
+    let on_plane = "\nto = { plane = { point = [0, 0, -5], normal = [0, 0, 1] } }";
+    let plane = "[[effect]]\nkind = \"obstacle\"\nshape = { plane = { point = [0, 0, -5], normal = [0, 0, 1] } }";
+    let contact = "[[effect]]\nkind = \"contact\"";
+    let to_plane = format!("{adhesion}{on_plane}");
+    let text = reported(&[adhesion]);
+    assert!(text.contains("effect[3] (adhesion) pulls the sheet to the sheet itself"), "{text}");
+    assert!(text.contains("list kind = \"contact\" as well"), "{text}");
+    let text = reported(&[&to_plane, contact]);
+    assert!(text.contains("pulls the sheet to a body, and nothing keeps them apart"), "{text}");
+    assert!(text.contains("list kind = \"obstacle\" as well"), "{text}");
+    assert_eq!(reported(&[adhesion, contact]), "");
+    assert_eq!(reported(&[&to_plane, plane]), "");
+}
+
+#[test]
+fn a_distance_of_contact_beyond_the_edges_is_told() {
+    let contact = "[[effect]]\nkind = \"contact\"";
+    assert_eq!(reported(&[contact]), "");
+    // The area of a disc over that of 500 vertices' triangles: edges of about 0.8 at a radius of 8.
+    let fine = "sheet={ shape=\"disc\", radius=8, vertices=500 }";
+    assert_eq!(reported(&[contact, fine]), "");
+    let text = reported(&[contact, fine, "material.thickness=0.795"]);
+    assert!(text.contains("effect[3] (contact): the distance of contact"), "{text}");
+    assert!(text.contains("is 0.795, above the median edge of 0.7"), "{text}");
+    assert!(text.contains("less than 1.59 apart at rest touch at half"), "{text}");
+    let near = "[[effect]]\nkind = \"contact\"\ndistance = 0.2";
+    assert_eq!(reported(&[near, fine, "material.thickness=0.795"]), "");
+}
+
 /// D was 0, without a word.
 #[test]
 fn diffusion_without_a_coefficient_in_a_law_as_text_is_refused() {

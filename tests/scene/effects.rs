@@ -71,6 +71,20 @@ fn every_model_and_load_is_accepted() {
 }
 
 #[test]
+fn a_ramp_of_a_body_without_a_displacement_is_refused() {
+    let plane = "{ plane = { normal = [0, 0, 1], point = [0, 0, -1] } }";
+    let ramp = "ramp = { formula = \"t\" }";
+    let message = "effect[1].ramp: a ramp without a displacement moves nothing";
+    let help = "as in displacement = [0, 0, 1.5]: where the body is when the ramp is 1";
+    let place = "{ formula = \"t\" }";
+    wrong(&format!("kind = \"obstacle\"\nshape = {plane}\n{ramp}"), place, message, help);
+    let adhesion = format!("kind = \"adhesion\"\nwork = 1.0\ndistance = 0.1\nto = {plane}");
+    wrong(&format!("{adhesion}\n{ramp}"), place, message, help);
+    let moved = "displacement = [0, 0, 1]";
+    build(&format!("kind = \"obstacle\"\nshape = {plane}\n{moved}\n{ramp}")).unwrap();
+}
+
+#[test]
 fn the_boundary_has_two_names() {
     let resolved = |word: &str| {
         let text = format!("{HEAD}kind = \"pin\"\naxes = \"z\"\nwhere = \"{word}\"\n");

@@ -26,7 +26,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::law::Law;
-use super::obstacle::{Body, Form};
+use super::obstacle::{Body, Form, check_ramp};
 use super::{ContactWork, Contacts, ObstacleShape};
 use crate::Vec3;
 use crate::effects::{
@@ -123,6 +123,7 @@ impl EffectSpec for Adhesion {
             let message = "a sheet does not stick to a mesh";
             return refused("to", message, "a plane, a sphere or a cylinder");
         };
+        check_ramp(self.ramp.as_ref(), self.displacement.is_some())?;
         let factor = Factor::new(self.ramp.as_ref())?;
         let displacement =
             self.displacement.map_or(Vec3::zeros(), |d| Vec3::from(d.map(Finite::get)));

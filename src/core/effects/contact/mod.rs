@@ -42,6 +42,7 @@ use crate::Vec3;
 use crate::geometry::proximity::{Kind, Proximity, Range, at};
 use crate::geometry::{Conditions, Crossings, Found, RestMetric, Shape, lumped_areas};
 use crate::linear::BlockMatrix;
+use crate::num::Short;
 use crate::num::checked::Positive;
 use crate::parallel;
 use crate::sheet::{Edge, Sheet};
@@ -103,6 +104,14 @@ impl EffectSpec for SelfContact {
         let contacts = Contacts::by_law(context.sheet, Law::Barrier(barrier));
         Ok(Effect::energy(Contacts { separate: self.separate, ..contacts }))
     }
+
+    fn notes(&self, context: &EffectContext<'_>) -> Vec<String> {
+        let thickness = context.material.map(|m| m.thickness);
+        let Some(distance) = self.distance.map(Positive::get).or(thickness) else {
+            return Vec::new();
+        };
+        beyond_edges(context.sheet, distance).into_iter().collect()
+    }
 }
 
 crate::register_kind!(dyn EffectSpec, "contact", SelfContact);
@@ -122,6 +131,26 @@ fn barrier_of(
     Ok(Barrier {
         reach: distance.map(Positive::get).or(usual).ok_or_else(|| missing("distance"))?,
         stiffness: stiffness.map(Positive::get).or(young).ok_or_else(|| missing("stiffness"))?,
+    })
+}
+
+/// Reports a reach beyond the median length of the edges at rest: half of the features next to one another have a shorter one.
+fn beyond_edges(sheet: &Sheet, distance: f64) -> Option<String> {
+    let x = sheet.rest();
+    let length = |edge: &Edge| (x[edge.vertices[0] as usize] - x[edge.vertices[1] as usize]).norm();
+    let mut lengths: Vec<f64> = sheet.edges().iter().map(length).collect();
+    lengths.sort_by(f64::total_cmp);
+    let (shortest, median) = (*lengths.first()?, lengths[lengths.len() / 2]);
+    let key = "the distance of contact, `distance` or else material.thickness,";
+    (distance > median).then(|| {
+        format!(
+            "{key} is {}, above the median edge of {} (the shortest is {}): features that are less than {} apart at rest touch at \
+             half of their distance there; give longer edges, or a smaller distance",
+            Short(distance),
+            Short(median),
+            Short(shortest),
+            Short(2.0 * distance)
+        )
     })
 }
 

@@ -147,6 +147,7 @@ impl EffectSpec for Obstacle {
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
+        check_ramp(self.ramp.as_ref(), self.displacement.is_some())?;
         let factor = Factor::new(self.ramp.as_ref())?;
         let thickness = context.material.map(|m| 0.5 * m.thickness);
         let barrier = barrier_of((self.distance, thickness), self.stiffness, context.material)?;
@@ -171,6 +172,16 @@ impl EffectSpec for Obstacle {
 }
 
 crate::register_kind!(dyn EffectSpec, "obstacle", Obstacle);
+
+/// Refuses the ramp of a body that has no displacement.
+pub(super) fn check_ramp(ramp: Option<&Ramp>, has_displacement: bool) -> Result<(), EffectError> {
+    if ramp.is_none() || has_displacement {
+        return Ok(());
+    }
+    let message = "a ramp without a displacement moves nothing".into();
+    let help = "as in displacement = [0, 0, 1.5]: where the body is when the ramp is 1";
+    Err(EffectError { key: "ramp", message, help: Some(help.into()) })
+}
 
 /// How the distance from an obstacle is known.
 pub(super) enum Form<'a> {
