@@ -1,9 +1,13 @@
 //! `rumple check SCENE`: says whether a scene can run, and what it calls for.
 
+use std::sync::Arc;
+
 use clap::Args;
 
 use super::SceneArgs;
-use crate::kinetics::Location;
+use crate::kinetics::{Location, Search};
+use crate::reduction::Communicator;
+use crate::run::ranks::agreed;
 use crate::run::{self, Result, Simulation, laws, stiffness};
 use crate::scene::Scene;
 use crate::sheet::MeshReport;
@@ -19,7 +23,12 @@ pub(super) struct CheckArgs {
 }
 
 pub(super) fn run(args: &CheckArgs) -> Result<()> {
-    let (scene, search) = args.scene.load()?;
+    let ranks = super::ranks::all()?;
+    let threads = args.scene.threads.or(ranks.is_some().then_some(1));
+    let (scene, search) = SceneArgs { threads, ..args.scene.clone() }.load()?;
+    if let Some(ranks) = ranks {
+        return on_ranks(args, (&scene, &search), &ranks);
+    }
     let mut simulation = Simulation::new(&scene, &search)?;
     // The start must be one that every effect and the plugin can evaluate.
     let faults = laws::try_out(&mut simulation.evaluate())?;
@@ -59,13 +68,39 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
     if let Some(listed) = simulation.stepper.breakpoints.listed() {
         say!("steps      {listed}");
     }
+    print_notes(&simulation);
+    Ok(())
+}
+
+/// Sets up the parts of all ranks, which refuse what they cannot run; the first one prints.
+fn on_ranks(
+    args: &CheckArgs,
+    (scene, search): (&Scene, &Search),
+    ranks: &Arc<dyn Communicator>,
+) -> Result<()> {
+    let simulation = agreed(Some(&**ranks), Simulation::over(scene, search, Arc::clone(ranks)))?;
+    if ranks.rank() > 0 {
+        return Ok(());
+    }
+    if args.resolved {
+        say!("{}", scene.resolved()?.trim_end());
+        return Ok(());
+    }
+    say!("{}: ready to run on {} ranks", scene.name(), ranks.size());
+    say!(
+        "           `rumple check` in one process describes the whole sheet, its laws and unknowns"
+    );
+    print_notes(&simulation);
+    Ok(())
+}
+
+fn print_notes(simulation: &Simulation) {
     for note in &simulation.notes {
         match note.strip_prefix("warning: ") {
             Some(warning) => say!("warning    {warning}"),
             None => say!("note       {note}"),
         }
     }
-    Ok(())
 }
 
 /// Prints the sheet, its material and the effects on it.

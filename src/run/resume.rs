@@ -64,7 +64,7 @@ pub fn resume_on(
     let scene = Scene::load(&path, until_set.as_slice())?;
     let found = last(root, directory, of.as_deref());
     let (Usable { checkpoint, parts }, notes) =
-        found.map_err(|notes| refused(without_checkpoint(&notes)))?;
+        found.map_err(|notes| refused(without_checkpoint(&notes, standing.as_ref())))?;
     check_end(&checkpoint, scene.time.span.until.get(), until, standing).map_err(refused)?;
     if let (Some(name), None) = (checkpoint.made_from.host_law(), search.host_law()) {
         return refuse(format!(
@@ -93,15 +93,21 @@ pub fn resume_on(
     Ok(Resumed { scene, simulation, checkpoint, notes })
 }
 
-/// That no checkpoint is usable, why by `notes`, and what helps.
-fn without_checkpoint(notes: &[String]) -> String {
+/// That no checkpoint is usable, why by `notes`, and what helps; a run that is complete has nothing to resume either.
+fn without_checkpoint(notes: &[String], standing: Option<&Standing>) -> String {
     let why = match notes {
         [] => "it has no checkpoint: it was short, or ended before the first one".to_owned(),
         notes => notes.join("; "),
     };
-    format!(
-        "{why}; begin again with `rumple run`, where `--from FRAME` starts from a frame's state"
-    )
+    let again = "with `rumple run`, where `--from FRAME` starts from a frame's state";
+    match standing.filter(|standing| standing.status == RunStatus::Complete) {
+        Some(Standing { time, .. }) => {
+            format!(
+                "the run is complete, at time {time}, and cannot go further: {why}; begin another {again}"
+            )
+        }
+        None => format!("{why}; begin again {again}"),
+    }
 }
 
 /// Takes over a checkpoint, or where the run had another number of ranks the state from those of all its `parts`.
@@ -161,7 +167,7 @@ fn last(
         let fits = |found: &Checkpoint| missing(directory, found).is_none();
         return match checkpoints::last(root, of, &fits) {
             Ok(found) => Ok((found, Vec::new())),
-            Err(why) => Err(vec![why]),
+            Err(why) => Err(why.into_iter().collect()),
         };
     }
     let found = directory.checkpoints_found().map_err(|error| vec![error.to_string()])?;

@@ -10,7 +10,7 @@ mod jacobian;
 mod motion;
 mod path;
 mod policies;
-mod ranks;
+pub mod ranks;
 mod rotated;
 mod short_steps;
 mod stiff;

@@ -21,14 +21,14 @@ use rumple::solve::staggered::StaggeredSpec;
 use rumple::{Problem, Vec3, problem};
 
 /// A rank that is a thread.
-struct ThreadRank {
+pub struct ThreadRank {
     rank: usize,
     to: Vec<Sender<Vec<f64>>>,
     from: Vec<Mutex<Receiver<Vec<f64>>>>,
 }
 
 impl ThreadRank {
-    fn all(size: usize) -> Vec<Arc<dyn Communicator>> {
+    pub fn all(size: usize) -> Vec<Arc<dyn Communicator>> {
         let mut to: Vec<Vec<Sender<Vec<f64>>>> = vec![Vec::new(); size];
         let mut from: Vec<Vec<Mutex<Receiver<Vec<f64>>>>> = (0..size).map(|_| Vec::new()).collect();
         for sender in &mut to {

@@ -278,6 +278,10 @@ def refused():
     assert said.count("on more than one rank") == 1, said
     said = run(2, "run", scene("wrong", more="\n[[effect]]\nkind = \"pressur\"\nvalue = 1"), "--out", OUT / "no", code=2)
     assert said.count("did you mean pressure") == 1, said
+    said = run(2, "check", scene("check"))
+    assert said.count("ready to run") == 1, said
+    said = run(2, "check", scene("check-fast", policy="chemistry-fast"), code=2)
+    assert said.count("on more than one rank") == 1 and "ready to run" not in said, said
     full = OUT / "full"
     full.mkdir()
     (full / "notes.txt").write_text("not of a run")

@@ -274,7 +274,7 @@ impl<'a> Problem<'a> {
             self.bind(on_effect)?;
         let mechanics = Mechanics::of(Arc::clone(&self.sheet), mechanics)
             .map_err(|e| ProblemError::new(Part::Sheet, e.to_string(), None))?;
-        self.check_ranks(&mechanics, !internal.is_empty())?;
+        self.check_ranks(&mechanics)?;
         self.check_contact(&mechanics)?;
         let rule = self.effects.iter().find_map(|effect| effect.vertex_area());
         let area = VertexArea::lazy(rule.unwrap_or_default());

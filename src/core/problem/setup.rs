@@ -98,12 +98,8 @@ impl Problem<'_> {
         Err(ProblemError::new(Part::Effect(number, key.into()), message, Some(help)))
     }
 
-    /// Refuses what does not go with a sheet that is spread over ranks.
-    pub(super) fn check_ranks(
-        &self,
-        mechanics: &Mechanics,
-        internal: bool,
-    ) -> Result<(), ProblemError> {
+    /// Refuses solvers that do not go with a sheet that is spread over ranks.
+    pub(super) fn check_ranks(&self, mechanics: &Mechanics) -> Result<(), ProblemError> {
         if self.sheet.reduction().distribution().is_none() {
             return Ok(());
         }
@@ -122,18 +118,31 @@ impl Problem<'_> {
                 \"mumps\" and \"factor\"";
             return refuse(Part::Equilibrium, &format!("{name} cannot relax a sheet"), help);
         }
-        if mechanics.limits_steps() || mechanics.couples_pairs() {
+        Ok(())
+    }
+
+    /// Refuses effect number `number` where it does not go with a sheet that is spread over ranks.
+    fn check_effect_on_ranks(&self, number: usize, effect: &Effect) -> Result<(), ProblemError> {
+        if self.sheet.reduction().distribution().is_none() {
+            return Ok(());
+        }
+        let refuse = |what: &str, help: &str| {
+            let message = format!("{what} on more than one rank");
+            Err(ProblemError::new(Part::Effect(number, "kind".into()), message, Some(help)))
+        };
+        let mut terms = effect.energies.iter().chain(&effect.constraints);
+        if terms.any(|term| term.coupling().limits_steps || term.coupling().pairs) {
             let help = "one process (with as many threads as there are cores) knows it";
-            return refuse(Part::Effects, "contact does not know parts of a sheet", help);
+            return refuse("contact does not know parts of a sheet", help);
         }
-        if internal {
+        if !effect.internal.is_empty() {
             let help = "one process (with as many threads as there are cores) knows them";
-            return refuse(Part::Effects, "internal variables are not integrated", help);
+            return refuse("internal variables are not integrated", help);
         }
-        if mechanics.is_constrained() {
-            let names = mechanics.constraint_names().collect::<Vec<_>>().join(", ");
+        if let Some(constraint) = effect.constraints.first() {
+            let name = constraint.name();
             let help = "give the volume a stiffness instead of exact = true";
-            return refuse(Part::Effects, &format!("constraints ({names}) are not kept"), help);
+            return refuse(&format!("the constraint {name} is not kept"), help);
         }
         Ok(())
     }
@@ -197,16 +206,17 @@ impl Problem<'_> {
                 message: e.message,
                 help: e.help,
             })?;
+            effect.transports.iter_mut().for_each(|term| term.effect = Some(number));
             on_effect(number, &**spec, &context, &effect)?;
             if all.direction.is_some() && effect.direction.is_some() {
                 let message = "an earlier effect directs the length factor of the law already";
                 let part = Part::Effect(number, "kind".into());
                 return Err(ProblemError::new(part, message, Some("leave out one of the two")));
             }
+            self.check_effect_on_ranks(number, &effect)?;
             self.check_prescribed(number, &all.mechanics.prescribed, &effect.prescribed)?;
             check_held(number, &all.held, &effect.held)?;
             check_internal(number, &all.internal, &effect.internal)?;
-            effect.transports.iter_mut().for_each(|term| term.effect = Some(number));
             let crosses = effect.transports.iter().any(|t| {
                 t.read_species() != t.species()
                     || t.read_by_coefficient().iter().any(|s| *s != t.species())

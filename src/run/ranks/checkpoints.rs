@@ -26,13 +26,16 @@ pub(crate) fn ranks_of(root: &Path) -> usize {
     newest.and_then(|(_, path)| read(&path)?.spread).map_or(1, |share| share.ranks)
 }
 
-/// The last usable checkpoint of a run in `root` for this rank of `now`, or why there is none; `fits` says of one of the
-/// first rank whether the results are as it needs them.
+/// The last usable checkpoint of a run in `root` for this rank of `now`; `fits` says of one of the first rank whether the
+/// results are as it needs them.
+///
+/// # Errors
+/// Why none of the checkpoints is usable; nothing where there are none.
 pub(crate) fn last(
     root: &Path,
     now: Option<&dyn Communicator>,
     fits: &dyn Fn(&Checkpoint) -> bool,
-) -> Result<Usable, String> {
+) -> Result<Usable, Option<String>> {
     let before = ranks_of(root);
     let (rank, size) = now.map_or((0, 1), |ranks| (ranks.rank(), ranks.size()));
     // Every rank reads some; only the first one sees whether its results are whole.
@@ -48,7 +51,15 @@ pub(crate) fn last(
         steps.map(|bytes| u64::from_le_bytes(*bytes)).collect::<BTreeSet<u64>>()
     });
     let common = steps.reduce(|a, b| &a & &b).and_then(|mut steps| steps.pop_last());
-    let missing = || format!("no step has a checkpoint of each of its {before} ranks");
+    let missing = || {
+        let text = match before {
+            1 => "none of its checkpoints can be read and fits its results".to_owned(),
+            _ => format!(
+                "no step has a checkpoint of each of its {before} ranks that can be read and fits its results"
+            ),
+        };
+        has_files(root).then_some(text)
+    };
     let step = common.ok_or_else(missing)?;
     let path = |k| file_of(&piece_root(root, k, before), step).ok_or_else(missing);
     if before == size {
@@ -57,6 +68,11 @@ pub(crate) fn last(
     }
     let parts = (0..before).map(path).collect::<Result<Vec<_>, _>>()?;
     Ok(Usable { checkpoint: read(&parts[0]).ok_or_else(missing)?, parts })
+}
+
+/// Whether the first rank has files of checkpoints, usable or not.
+fn has_files(root: &Path) -> bool {
+    ResultDirectory::checkpoints_in(root).is_ok_and(|found| !found.is_empty())
 }
 
 fn read(path: &Path) -> Option<Checkpoint> {
