@@ -14,7 +14,7 @@ use std::time::Instant;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use rumple::kinetics::formula::FormulaKinetics;
-use rumple::kinetics::{Batch, Kinetics, Library, Location, Search, field};
+use rumple::kinetics::{Batch, Feedback, Kinetics, Library, Location, Quantity, Search, field};
 use rumple::scene::Scene;
 
 #[path = "kinetics/laws.rs"]
@@ -89,12 +89,25 @@ fn compare(name: &str, laws: &[(&str, &dyn Kinetics)], species: &[f64], signals:
             for (quantity, times) in times.iter_mut().enumerate() {
                 let start = Instant::now();
                 let outcome = match quantity {
-                    0 => field::rates(law.1, black_box(&batch), &mut [&mut values]),
-                    1 => field::rate_partials(law.1, &batch, &mut [&mut values], partials),
-                    _ => field::length_factor_partials(
+                    0 => field::evaluate(
                         law.1,
+                        Quantity::Rates,
+                        black_box(&batch),
+                        &mut [&mut values],
+                        &mut [],
+                    ),
+                    1 => field::evaluate(
+                        law.1,
+                        Quantity::Rates,
+                        &batch,
+                        &mut [&mut values],
+                        partials,
+                    ),
+                    _ => field::evaluate(
+                        law.1,
+                        Feedback::LengthFactor.into(),
                         &still,
-                        &mut values,
+                        &mut [&mut values],
                         &mut partials[..1],
                     ),
                 };
@@ -140,14 +153,22 @@ fn measure(
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let pool = pool.expect("threads");
         group.bench_function(format!("rates/{threads}"), |bencher| {
-            let mut run = || field::rates(model, black_box(&batch), &mut [&mut values]);
+            let mut run = || {
+                field::evaluate(
+                    model,
+                    Quantity::Rates,
+                    black_box(&batch),
+                    &mut [&mut values],
+                    &mut [],
+                )
+            };
             pool.install(|| bencher.iter(&mut run));
         });
         group.bench_function(format!("rates and partials/{threads}"), |bencher| {
             let mut partials = partials.slices_mut();
             let mut run = || {
                 let batch = black_box(&batch);
-                field::rate_partials(model, batch, &mut [&mut values], &mut partials)
+                field::evaluate(model, Quantity::Rates, batch, &mut [&mut values], &mut partials)
             };
             pool.install(|| bencher.iter(&mut run));
         });
@@ -156,7 +177,13 @@ fn measure(
             let mut run = || {
                 let batch = black_box(&still);
                 let partials = &mut partials[..1];
-                field::length_factor_partials(model, batch, &mut values, partials)
+                field::evaluate(
+                    model,
+                    Feedback::LengthFactor.into(),
+                    batch,
+                    &mut [&mut values],
+                    partials,
+                )
             };
             pool.install(|| bencher.iter(&mut run));
         });

@@ -1,6 +1,8 @@
 //! Models I and II in this program: the plugins' laws as they stand there, and by hand.
 
-use rumple::kinetics::{Batch, Column, Descriptor, Kinetics, Outcome, PluginKinetics};
+use rumple::kinetics::{
+    Batch, Column, Descriptor, Feedback, Kinetics, Outcome, PluginKinetics, Quantity,
+};
 use rumple_plugin_sdk::Dual;
 use rumple_plugin_sdk::prelude::*;
 
@@ -145,38 +147,35 @@ impl<L: AtPoint> Kinetics for InProgram<L> {
         &self.parameters
     }
 
-    fn rates(&self, batch: &Batch<'_>, rates: &mut [&mut [f64]]) -> Outcome {
-        let (c, x) = (plain(&batch.species[0], batch.count), plain(&batch.signals[0], batch.count));
-        for (rate, (c, x)) in rates[0].iter_mut().zip(c.iter().zip(x)) {
-            *rate = self.law.rate(*c, *x);
-        }
-        Ok(None)
-    }
-
-    fn rate_partials(
+    fn evaluate(
         &self,
+        quantity: Quantity,
         batch: &Batch<'_>,
-        rates: &mut [&mut [f64]],
-        partials: &mut [&mut [f64]],
-    ) -> Outcome {
-        let (c, x) = (plain(&batch.species[0], batch.count), plain(&batch.signals[0], batch.count));
-        let [by_c, by_x] = partials else { return Ok(None) };
-        let slopes = by_c.iter_mut().zip(by_x.iter_mut());
-        for ((rate, slopes), (c, x)) in rates[0].iter_mut().zip(slopes).zip(c.iter().zip(x)) {
-            (*rate, [*slopes.0, *slopes.1]) = self.law.rate_partials(*c, *x);
-        }
-        Ok(None)
-    }
-
-    fn length_factor_partials(
-        &self,
-        batch: &Batch<'_>,
-        factor: &mut [f64],
+        values: &mut [&mut [f64]],
         partials: &mut [&mut [f64]],
     ) -> Outcome {
         let c = plain(&batch.species[0], batch.count);
-        for ((factor, slope), c) in factor.iter_mut().zip(partials[0].iter_mut()).zip(c) {
-            (*factor, [*slope]) = self.law.factor_partials(*c);
+        match (quantity, partials) {
+            (Quantity::Rates, []) => {
+                let x = plain(&batch.signals[0], batch.count);
+                for (rate, (c, x)) in values[0].iter_mut().zip(c.iter().zip(x)) {
+                    *rate = self.law.rate(*c, *x);
+                }
+            }
+            (Quantity::Rates, [by_c, by_x]) => {
+                let x = plain(&batch.signals[0], batch.count);
+                let slopes = by_c.iter_mut().zip(by_x.iter_mut());
+                let at = values[0].iter_mut().zip(slopes);
+                for ((rate, slopes), (c, x)) in at.zip(c.iter().zip(x)) {
+                    (*rate, [*slopes.0, *slopes.1]) = self.law.rate_partials(*c, *x);
+                }
+            }
+            (Quantity::Feedback(Feedback::LengthFactor), [by_c]) => {
+                for ((factor, slope), c) in values[0].iter_mut().zip(by_c.iter_mut()).zip(c) {
+                    (*factor, [*slope]) = self.law.factor_partials(*c);
+                }
+            }
+            (other, partials) => other.write_neutral(values, partials),
         }
         Ok(None)
     }

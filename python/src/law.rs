@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyString, PyTuple};
 use rumple::kinetics::{
     self as engine, Capabilities, Column, Descriptor, Feedback, HostLaw, Kinetics, KineticsError,
-    Location, Outcome, Parameter, Signal, SignalRead, Template, descriptor, differences,
+    Location, Outcome, Parameter, Quantity, Signal, SignalRead, Template, descriptor, differences,
 };
 use rumple::output::provenance::fingerprint;
 
@@ -39,6 +39,7 @@ struct Functions {
 impl Functions {
     fn feedback(&self, which: Feedback) -> Option<&Py<PyAny>> {
         match which {
+            Feedback::LengthFactor => self.length_factor.as_ref(),
             Feedback::Curvature => self.curvature.as_ref(),
             Feedback::FactorAcross => self.length_factor_across.as_ref(),
         }
@@ -336,6 +337,29 @@ impl Kinetics for PythonKinetics {
         &self.values
     }
 
+    fn evaluate(
+        &self,
+        quantity: Quantity,
+        batch: &engine::Batch<'_>,
+        values: &mut [&mut [f64]],
+        partials: &mut [&mut [f64]],
+    ) -> Outcome {
+        match (quantity, &self.functions.rate_partials) {
+            (Quantity::Rates, Some(function)) if !partials.is_empty() => {
+                self.rates(batch, values)?;
+                self.rate_partials(function, batch, partials)
+            }
+            _ if !partials.is_empty() => {
+                differences::partials(self, quantity, batch, values, partials)
+            }
+            (Quantity::Rates, _) => self.rates(batch, values),
+            (Quantity::Feedback(which), _) => self.feedback(which, batch, values),
+            (Quantity::Observables, _) => Ok(None),
+        }
+    }
+}
+
+impl PythonKinetics {
     fn rates(&self, batch: &engine::Batch<'_>, rates: &mut [&mut [f64]]) -> Outcome {
         self.call("rates", |py| {
             let given = self.functions.rates.bind(py).call1((self.inputs(py, batch)?,))?;
@@ -361,14 +385,10 @@ impl Kinetics for PythonKinetics {
 
     fn rate_partials(
         &self,
+        function: &Py<PyAny>,
         batch: &engine::Batch<'_>,
-        rates: &mut [&mut [f64]],
         partials: &mut [&mut [f64]],
     ) -> Outcome {
-        let Some(function) = &self.functions.rate_partials else {
-            return differences::rate_partials(self, batch, rates, partials);
-        };
-        self.rates(batch, rates)?;
         partials.iter_mut().for_each(|column| column.fill(0.0));
         self.call("rate_partials", |py| {
             let given = function.bind(py).call1((self.inputs(py, batch)?,))?;
@@ -398,30 +418,22 @@ impl Kinetics for PythonKinetics {
         })
     }
 
-    fn feedback(&self, which: Feedback, batch: &engine::Batch<'_>, values: &mut [f64]) -> Outcome {
+    fn feedback(
+        &self,
+        which: Feedback,
+        batch: &engine::Batch<'_>,
+        values: &mut [&mut [f64]],
+    ) -> Outcome {
         let Some(function) = self.functions.feedback(which) else {
-            values.fill(which.neutral());
+            Quantity::Feedback(which).write_neutral(values, &mut []);
             return Ok(None);
         };
         self.call(which.name(), |py| {
             let given = function.bind(py).call1((self.inputs(py, batch)?,))?;
-            write(&given, which.name(), values)
+            write(&given, which.name(), values[0])
         })
     }
 
-    fn length_factor(&self, batch: &engine::Batch<'_>, factor: &mut [f64]) -> Outcome {
-        let Some(function) = &self.functions.length_factor else {
-            factor.fill(1.0);
-            return Ok(None);
-        };
-        self.call("length_factor", |py| {
-            let given = function.bind(py).call1((self.inputs(py, batch)?,))?;
-            write(&given, "the length factor", factor)
-        })
-    }
-}
-
-impl PythonKinetics {
     /// Does `work` with the interpreter; an exception is kept, and ends the call of the engine.
     fn call(&self, call: &'static str, work: impl FnOnce(Python<'_>) -> PyResult<()>) -> Outcome {
         let done = Python::attach(|py| work(py).map_err(|error| (error.to_string(), error)));

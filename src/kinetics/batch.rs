@@ -2,6 +2,7 @@
 
 use smallvec::SmallVec;
 
+use super::Quantity;
 use super::descriptor::Location;
 use rumple_numerics::num::all_finite;
 
@@ -121,8 +122,7 @@ pub struct Batch<'a> {
     pub count: usize,
     /// One column a species.
     pub species: &'a [Column<'a>],
-    /// The columns of the signals read, in the order of the descriptor; empty for the length
-    /// factor. Time is a [`Column::uniform`].
+    /// The columns of the signals read, in the order of the descriptor; empty for feedback. Time is a [`Column::uniform`].
     pub signals: &'a [Column<'a>],
     /// Where parameters differ from point to point: one column a parameter of the descriptor, in
     /// place of the law's own values. Else empty.
@@ -145,6 +145,14 @@ impl Batch<'_> {
             signals: &from_point(self.signals, start),
             parameters: &from_point(self.parameters, start),
         })
+    }
+
+    /// The inputs that a quantity of the rates' signals, or of none, reads.
+    pub(super) fn of(&self, quantity: Quantity) -> Self {
+        match quantity {
+            Quantity::Feedback(_) => Self { signals: &[], ..*self },
+            Quantity::Rates | Quantity::Observables => *self,
+        }
     }
 
     /// All input columns, species first.

@@ -117,8 +117,6 @@ impl JointKinetics {
         let parameters = first..all.parameters.len();
         self.parameters.extend(kinetics.parameters());
         all.capabilities.rate_partials = true;
-        all.capabilities.length_factor |= own.capabilities.length_factor;
-        all.capabilities.length_factor_partials = all.capabilities.length_factor;
         for which in Feedback::ALL {
             if which.is_given(&own.capabilities) {
                 which.give(&mut all.capabilities);
@@ -194,7 +192,7 @@ impl JointKinetics {
     /// Refuses length factors in all directions beside others along and across a fibre.
     fn check_factors(&self) -> Result<(), JointError> {
         let across = |part: &Part| part.gives(Feedback::FactorAcross);
-        let wrong = |part: &Part| part.gives_length_factor() && !across(part);
+        let wrong = |part: &Part| part.gives(Feedback::LengthFactor) && !across(part);
         let any = self.members.iter().any(across);
         match self.members.iter().position(wrong).filter(|_| any) {
             None => Ok(()),

@@ -10,92 +10,40 @@
 //! difference is one-sided, with an error of order h. At a kink (H = 0 of H⁺) it is the mean slope.
 
 use super::batch::{Batch, Column};
-use super::{Feedback, Kinetics, Outcome};
+use super::{Kinetics, Outcome, Quantity};
 
 /// ε^{1/3}: the relative step.
 pub const STEP: f64 = 6.055_454_452_393_343e-6;
 
-/// Values and partial derivatives of the rates by differences; layout as in
-/// [`Kinetics::rate_partials`].
+/// Values and partial derivatives of a quantity by differences, for a law that gives its values; layout as in
+/// [`Kinetics::evaluate`].
 ///
 /// # Errors
 /// If the law fails at any of the points.
-pub fn rate_partials<K: Kinetics + ?Sized>(
+pub fn partials<K: Kinetics + ?Sized>(
     kinetics: &K,
+    quantity: Quantity,
     batch: &Batch<'_>,
-    rates: &mut [&mut [f64]],
+    values: &mut [&mut [f64]],
     partials: &mut [&mut [f64]],
 ) -> Outcome {
-    let mut warning = kinetics.rates(batch, rates)?;
-    let species = kinetics.descriptor().species.len();
-    let inputs = kinetics.descriptor().inputs();
-    for (input, range) in ranges(kinetics).into_iter().enumerate() {
-        let slopes =
-            slopes(batch, species, input, range, |batch, values| kinetics.rates(batch, values))?;
+    let descriptor = kinetics.descriptor();
+    if !quantity.is_given(descriptor) {
+        quantity.write_neutral(values, partials);
+        return Ok(None);
+    }
+    let mut warning = kinetics.evaluate(quantity, batch, values, &mut [])?;
+    let (outputs, inputs) = (quantity.outputs(descriptor), quantity.inputs(descriptor));
+    let law = |batch: &Batch<'_>, values: &mut [&mut [f64]]| {
+        kinetics.evaluate(quantity, batch, values, &mut [])
+    };
+    for (input, range) in ranges(kinetics).into_iter().take(inputs).enumerate() {
+        let slopes = slopes(batch, outputs, input, range, law)?;
         for (row, slope) in slopes.values.chunks(batch.count.max(1)).enumerate() {
             if let Some(partial) = partials.get_mut(row * inputs + input) {
                 partial.copy_from_slice(slope);
             }
         }
-        warning = warning.or(slopes.warning);
-    }
-    Ok(warning)
-}
-
-/// Values and partial derivatives of the length factor by differences; layout as in
-/// [`Kinetics::length_factor_partials`].
-///
-/// # Errors
-/// If the law fails at any of the points.
-pub fn length_factor_partials<K: Kinetics + ?Sized>(
-    kinetics: &K,
-    batch: &Batch<'_>,
-    factor: &mut [f64],
-    partials: &mut [&mut [f64]],
-) -> Outcome {
-    let warning = kinetics.length_factor(batch, factor)?;
-    if !kinetics.descriptor().capabilities.length_factor {
-        partials.iter_mut().for_each(|partial| partial.fill(0.0));
-        return Ok(warning);
-    }
-    let law = |batch: &Batch<'_>, factor: &mut [f64]| kinetics.length_factor(batch, factor);
-    of_species(kinetics, batch, (warning, partials), law)
-}
-
-/// Values and partial derivatives of a quantity of [`Feedback`] by differences; layout as in
-/// [`Kinetics::feedback_partials`].
-///
-/// # Errors
-/// If the law fails at any of the points.
-pub fn feedback_partials<K: Kinetics + ?Sized>(
-    kinetics: &K,
-    which: Feedback,
-    batch: &Batch<'_>,
-    values: &mut [f64],
-    partials: &mut [&mut [f64]],
-) -> Outcome {
-    let warning = kinetics.feedback(which, batch, values)?;
-    if !which.is_given(&kinetics.descriptor().capabilities) {
-        partials.iter_mut().for_each(|partial| partial.fill(0.0));
-        return Ok(warning);
-    }
-    let law = |batch: &Batch<'_>, values: &mut [f64]| kinetics.feedback(which, batch, values);
-    of_species(kinetics, batch, (warning, partials), law)
-}
-
-/// Difference quotients of one output by the species, after an evaluation with this warning.
-fn of_species<K: Kinetics + ?Sized>(
-    kinetics: &K,
-    batch: &Batch<'_>,
-    (mut warning, partials): (Option<super::Unreliable>, &mut [&mut [f64]]),
-    law: impl Fn(&Batch<'_>, &mut [f64]) -> Outcome,
-) -> Outcome {
-    for (input, (range, partial)) in ranges(kinetics).into_iter().zip(partials).enumerate() {
-        let slopes = slopes(batch, 1, input, range, |batch, values| match values {
-            [values] => law(batch, values),
-            _ => Ok(None),
-        })?;
-        partial.copy_from_slice(&slopes.values);
         warning = warning.or(slopes.warning);
     }
     Ok(warning)
@@ -132,8 +80,9 @@ pub fn check_rate_partials<K: Kinetics + ?Sized>(
     let mut rates = super::field::Columns::new(species, batch.count);
     let mut given = super::field::Columns::new(species * inputs, batch.count);
     let mut expected = super::field::Columns::new(species * inputs, batch.count);
-    kinetics.rate_partials(batch, &mut rates.slices_mut(), &mut given.slices_mut())?;
-    rate_partials(kinetics, batch, &mut rates.slices_mut(), &mut expected.slices_mut())?;
+    let (quantity, values) = (Quantity::Rates, &mut rates.slices_mut());
+    kinetics.evaluate(quantity, batch, values, &mut given.slices_mut())?;
+    partials(kinetics, quantity, batch, values, &mut expected.slices_mut())?;
 
     let mut worst: Option<Deviation> = None;
     for entry in 0..species * inputs {

@@ -1,6 +1,7 @@
-//! What species do to the sheet besides the length factor: functions of the species and the parameters alone.
+//! What species do to the sheet: functions of the species and the parameters alone.
 //!
 //! ```text
+//! Φ(c) > 0    length factor of active strain                                 laws multiply theirs
 //! C₀(c)       spontaneous curvature of bending, 1/length, of either sign     laws on one sheet add theirs
 //! Φ_⊥(c) > 0  length factor across a fibre; Φ is then the one along it        laws multiply theirs
 //! ```
@@ -11,6 +12,8 @@ use super::site::{LENGTH_FACTOR, LENGTH_FACTOR_ACROSS};
 /// A quantity that a law may give.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Feedback {
+    /// Φ.
+    LengthFactor,
     /// C₀.
     Curvature,
     /// Φ_⊥.
@@ -19,21 +22,22 @@ pub enum Feedback {
 
 impl Feedback {
     /// All of them.
-    pub const ALL: [Self; 2] = [Self::Curvature, Self::FactorAcross];
+    pub const ALL: [Self; 3] = [Self::LengthFactor, Self::Curvature, Self::FactorAcross];
 
     /// Its key in scenes, which is the name of its call.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
+            Self::LengthFactor => "length_factor",
             Self::Curvature => "curvature",
             Self::FactorAcross => "length_factor_across",
         }
     }
 
     /// The name of the call with partial derivatives.
-    #[must_use]
-    pub(crate) fn partials_name(self) -> &'static str {
+    pub(super) fn partials_name(self) -> &'static str {
         match self {
+            Self::LengthFactor => "length_factor_partials",
             Self::Curvature => "curvature_partials",
             Self::FactorAcross => "length_factor_across_partials",
         }
@@ -43,6 +47,7 @@ impl Feedback {
     #[must_use]
     pub fn describe(self) -> &'static str {
         match self {
+            Self::LengthFactor => LENGTH_FACTOR,
             Self::Curvature => "the spontaneous curvature",
             Self::FactorAcross => LENGTH_FACTOR_ACROSS,
         }
@@ -52,14 +57,19 @@ impl Feedback {
     #[must_use]
     pub fn is_given(self, capabilities: &Capabilities) -> bool {
         match self {
+            Self::LengthFactor => capabilities.length_factor,
             Self::Curvature => capabilities.curvature,
             Self::FactorAcross => capabilities.length_factor_across,
         }
     }
 
-    /// Notes that it is given.
+    /// Notes that it is given, with its partial derivatives.
     pub(super) fn give(self, capabilities: &mut Capabilities) {
         match self {
+            Self::LengthFactor => {
+                capabilities.length_factor = true;
+                capabilities.length_factor_partials = true;
+            }
             Self::Curvature => capabilities.curvature = true,
             Self::FactorAcross => capabilities.length_factor_across = true,
         }
@@ -70,7 +80,7 @@ impl Feedback {
     pub fn neutral(self) -> f64 {
         match self {
             Self::Curvature => 0.0,
-            Self::FactorAcross => 1.0,
+            Self::LengthFactor | Self::FactorAcross => 1.0,
         }
     }
 
@@ -78,7 +88,7 @@ impl Feedback {
     pub(super) fn least(self) -> f64 {
         match self {
             Self::Curvature => f64::MIN,
-            Self::FactorAcross => f64::MIN_POSITIVE,
+            Self::LengthFactor | Self::FactorAcross => f64::MIN_POSITIVE,
         }
     }
 
@@ -86,7 +96,7 @@ impl Feedback {
     pub(super) fn joined(self, a: f64, b: f64) -> (f64, [f64; 2]) {
         match self {
             Self::Curvature => (a + b, [1.0, 1.0]),
-            Self::FactorAcross => (a * b, [b, a]),
+            Self::LengthFactor | Self::FactorAcross => (a * b, [b, a]),
         }
     }
 }

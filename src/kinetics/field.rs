@@ -7,10 +7,9 @@ use rayon::prelude::*;
 use smallvec::SmallVec;
 
 use super::batch::Batch;
-use super::descriptor::{self, Descriptor, SignalRead};
 use super::error::KineticsError;
-use super::site::{BadValue, LENGTH_FACTOR, Site};
-use super::{Feedback, Kinetics, Outcome};
+use super::site::{BadValue, Site};
+use super::{Kinetics, Outcome, Quantity};
 use rumple_numerics::num::{all_finite, all_finite_from};
 
 /// The most points in a batch. What a call costs by itself is as much as a cheap law at a hundred
@@ -65,193 +64,13 @@ impl Columns {
     }
 }
 
-/// The rate of each species: `rates[s][point]`.
+/// A quantity of a law at every point of a batch, with its partial derivatives unless `partials` is empty; shapes as for
+/// [`Kinetics::evaluate`].
 ///
 /// # Errors
-/// [`KineticsError::BadInput`], [`KineticsError::BadOutput`], [`KineticsError::Retry`],
-/// [`KineticsError::Failed`], [`KineticsError::Shape`].
-pub fn rates(kinetics: &dyn Kinetics, batch: &Batch<'_>, rates: &mut [&mut [f64]]) -> Outcome {
-    evaluate(kinetics, Quantity::Rates, batch, rates, &mut [])
-}
-
-/// Rates and their partial derivatives; layout as in [`Kinetics::rate_partials`].
-///
-/// # Errors
-/// As for [`rates`].
-pub fn rate_partials(
-    kinetics: &dyn Kinetics,
-    batch: &Batch<'_>,
-    rates: &mut [&mut [f64]],
-    partials: &mut [&mut [f64]],
-) -> Outcome {
-    evaluate(kinetics, Quantity::RatePartials, batch, rates, partials)
-}
-
-/// The length factor Φ > 0; the batch has no signals.
-///
-/// # Errors
-/// As for [`rates`]; also [`KineticsError::BadOutput`] if Φ <= 0.
-pub fn length_factor(kinetics: &dyn Kinetics, batch: &Batch<'_>, factor: &mut [f64]) -> Outcome {
-    evaluate(kinetics, Quantity::LengthFactor, batch, &mut [factor], &mut [])
-}
-
-/// The length factor and ∂Φ/∂c: `partials[s][point]`.
-///
-/// # Errors
-/// As for [`length_factor`].
-pub fn length_factor_partials(
-    kinetics: &dyn Kinetics,
-    batch: &Batch<'_>,
-    factor: &mut [f64],
-    partials: &mut [&mut [f64]],
-) -> Outcome {
-    evaluate(kinetics, Quantity::LengthFactorPartials, batch, &mut [factor], partials)
-}
-
-/// A quantity of [`Feedback`]; the batch has no signals.
-///
-/// # Errors
-/// As for [`rates`]; also [`KineticsError::BadOutput`] for a length factor <= 0.
-pub fn feedback(
-    kinetics: &dyn Kinetics,
-    which: Feedback,
-    batch: &Batch<'_>,
-    values: &mut [f64],
-) -> Outcome {
-    evaluate(kinetics, Quantity::Feedback(which), batch, &mut [values], &mut [])
-}
-
-/// The same with its derivatives by the species: `partials[s][point]`.
-///
-/// # Errors
-/// As for [`feedback`].
-pub fn feedback_partials(
-    kinetics: &dyn Kinetics,
-    which: Feedback,
-    batch: &Batch<'_>,
-    values: &mut [f64],
-    partials: &mut [&mut [f64]],
-) -> Outcome {
-    evaluate(kinetics, Quantity::FeedbackPartials(which), batch, &mut [values], partials)
-}
-
-/// The observables: `values[o][point]`.
-///
-/// # Errors
-/// As for [`rates`].
-pub fn observe(kinetics: &dyn Kinetics, batch: &Batch<'_>, values: &mut [&mut [f64]]) -> Outcome {
-    evaluate(kinetics, Quantity::Observables, batch, values, &mut [])
-}
-
-#[derive(Clone, Copy)]
-enum Quantity {
-    Observables,
-    Rates,
-    RatePartials,
-    LengthFactor,
-    LengthFactorPartials,
-    Feedback(Feedback),
-    FeedbackPartials(Feedback),
-}
-
-impl Quantity {
-    /// Whether signals are read.
-    fn reads_signals(self) -> bool {
-        matches!(self, Self::Rates | Self::RatePartials | Self::Observables)
-    }
-
-    /// The signals that are read.
-    fn signals(self, descriptor: &Descriptor) -> &[SignalRead] {
-        match self {
-            Self::Rates | Self::RatePartials => &descriptor.signals,
-            Self::Observables => &descriptor.observed,
-            _ => &[],
-        }
-    }
-
-    /// The name of the call.
-    fn call(self) -> &'static str {
-        match self {
-            Self::Observables => "observe",
-            Self::Rates => "rates",
-            Self::RatePartials => "rate_partials",
-            Self::LengthFactor => "length_factor",
-            Self::LengthFactorPartials => "length_factor_partials",
-            Self::Feedback(which) => which.name(),
-            Self::FeedbackPartials(which) => which.partials_name(),
-        }
-    }
-
-    /// The least value allowed.
-    fn least(self) -> f64 {
-        match self {
-            Self::LengthFactor | Self::LengthFactorPartials => f64::MIN_POSITIVE,
-            Self::Feedback(which) | Self::FeedbackPartials(which) => which.least(),
-            _ => f64::MIN,
-        }
-    }
-
-    /// Numbers of value columns and of partial columns.
-    fn columns(self, kinetics: &dyn Kinetics) -> (usize, usize) {
-        let descriptor = kinetics.descriptor();
-        let species = descriptor.species.len();
-        match self {
-            Self::Observables => (descriptor.observables.len(), 0),
-            Self::Rates => (species, 0),
-            Self::RatePartials => (species, species * descriptor.inputs()),
-            Self::LengthFactor | Self::Feedback(_) => (1, 0),
-            Self::LengthFactorPartials | Self::FeedbackPartials(_) => (1, species),
-        }
-    }
-
-    fn evaluate(
-        self,
-        kinetics: &dyn Kinetics,
-        batch: &Batch<'_>,
-        values: &mut [&mut [f64]],
-        partials: &mut [&mut [f64]],
-    ) -> Outcome {
-        match (self, values) {
-            (Self::Observables, values) => kinetics.observe(batch, values),
-            (Self::Rates, rates) => kinetics.rates(batch, rates),
-            (Self::RatePartials, rates) => kinetics.rate_partials(batch, rates, partials),
-            (Self::LengthFactor, [factor]) => kinetics.length_factor(batch, factor),
-            (Self::LengthFactorPartials, [factor]) => {
-                kinetics.length_factor_partials(batch, factor, partials)
-            }
-            (Self::Feedback(which), [values]) => kinetics.feedback(which, batch, values),
-            (Self::FeedbackPartials(which), [values]) => {
-                kinetics.feedback_partials(which, batch, values, partials)
-            }
-            _ => Ok(None),
-        }
-    }
-
-    /// What an output column is, in words.
-    fn describe(self, kinetics: &dyn Kinetics, partial: Option<usize>, column: usize) -> String {
-        let descriptor = kinetics.descriptor();
-        let input = |at: usize| descriptor.input_names().nth(at).unwrap_or("?").to_owned();
-        let rate = |at: usize| format!("the rate of species {}", input(at));
-        let factor = match self {
-            Self::Feedback(which) | Self::FeedbackPartials(which) => which.describe(),
-            _ => LENGTH_FACTOR,
-        };
-        if let (Self::Observables, Some(known)) = (self, descriptor.observables.get(column)) {
-            return format!("the observable {}", known.name);
-        }
-        match (self.reads_signals(), partial) {
-            (true, None) => rate(column),
-            (false, None) => factor.to_owned(),
-            (true, Some(entry)) => {
-                let width = descriptor.inputs();
-                format!("the derivative by {} of {}", input(entry % width), rate(entry / width))
-            }
-            (false, Some(entry)) => format!("the derivative by {} of {factor}", input(entry)),
-        }
-    }
-}
-
-fn evaluate(
+/// [`KineticsError::BadInput`], [`KineticsError::BadOutput`] also for a length factor <= 0,
+/// [`KineticsError::Retry`], [`KineticsError::Failed`], [`KineticsError::Shape`].
+pub fn evaluate(
     kinetics: &dyn Kinetics,
     quantity: Quantity,
     batch: &Batch<'_>,
@@ -261,11 +80,11 @@ fn evaluate(
     if batch.count == 0 {
         return Ok(None);
     }
-    check_shapes(kinetics, quantity, batch, values, partials)?;
+    quantity.check_shapes(kinetics.descriptor(), batch, values, partials)?;
     let size = batch_size(batch.count);
     let call = |part: &Batch<'_>, values: &mut [&mut [f64]], partials: &mut [&mut [f64]]| {
         check_inputs(kinetics, quantity, part)?;
-        let outcome = quantity.evaluate(kinetics, part, values, partials)?;
+        let outcome = kinetics.evaluate(quantity, part, values, partials)?;
         check_outputs(kinetics, quantity, part, values, partials)?;
         Ok(outcome)
     };
@@ -297,40 +116,6 @@ fn blocks<'a>(count: usize, columns: &'a mut [&mut [f64]]) -> Vec<SmallVec<[&'a 
         }
     }
     blocks
-}
-
-fn check_shapes(
-    kinetics: &dyn Kinetics,
-    quantity: Quantity,
-    batch: &Batch<'_>,
-    values: &[&mut [f64]],
-    partials: &[&mut [f64]],
-) -> Result<(), KineticsError> {
-    let descriptor = kinetics.descriptor();
-    let check = |what, expected, found| {
-        if expected == found {
-            return Ok(());
-        }
-        let plugin = descriptor.name.clone();
-        Err(KineticsError::Shape { plugin, what, expected, found })
-    };
-    let (value_columns, partial_columns) = quantity.columns(kinetics);
-    let signals = descriptor::columns(quantity.signals(descriptor)).count();
-    check("species columns", descriptor.species.len(), batch.species.len())?;
-    check("signal columns", signals, batch.signals.len())?;
-    if !batch.parameters.is_empty() {
-        check("parameter columns", descriptor.parameters.len(), batch.parameters.len())?;
-    }
-    check("value columns", value_columns, values.len())?;
-    check("derivative columns", partial_columns, partials.len())?;
-    for column in batch.inputs().chain(batch.parameters) {
-        let found = if column.covers(batch.count) { batch.count } else { column.parts().0.len() };
-        check("values of an input", batch.count, found)?;
-    }
-    for column in values.iter().chain(partials) {
-        check("values of an output", batch.count, column.len())?;
-    }
-    Ok(())
 }
 
 fn check_inputs(
@@ -380,23 +165,20 @@ fn check_outputs(
             })
             .min_by_key(|(point, at, _)| (*point, *at))
     };
-    let value = first(values, least).map(|(point, at, value)| (point, None, at, value));
-    let partial = first(partials, f64::MIN).map(|(point, at, value)| (point, Some(at), at, value));
-    let Some((point, partial, column, value)) =
-        value.into_iter().chain(partial).min_by_key(|(point, partial, ..)| (*point, *partial))
+    let value = first(values, least).map(|(point, at, value)| (point, false, at, value));
+    let partial = first(partials, f64::MIN).map(|(point, at, value)| (point, true, at, value));
+    let Some((point, of_partials, column, value)) = value
+        .into_iter()
+        .chain(partial)
+        .min_by_key(|(point, of_partials, ..)| (*point, *of_partials))
     else {
         return Ok(());
     };
     let descriptor = kinetics.descriptor();
     Err(KineticsError::BadOutput(Box::new(BadValue {
-        law: match quantity {
-            Quantity::Observables | Quantity::Feedback(_) | Quantity::FeedbackPartials(_) => {
-                descriptor.title()
-            }
-            _ => kinetics.offender(quantity.reads_signals(), batch),
-        },
-        call: quantity.call(),
-        quantity: quantity.describe(kinetics, partial, column),
+        law: kinetics.offender(quantity, batch),
+        call: quantity.call(!partials.is_empty()),
+        quantity: quantity.describe(descriptor, of_partials, column),
         value,
         site: Site::of(batch, descriptor, quantity.signals(descriptor), point),
     })))

@@ -4,14 +4,13 @@
 //!
 //! ```text
 //! R_s(c, x)    rates                          ∂R_s/∂c_j, ∂R_s/∂x_k
-//! Φ(c) > 0     length factor of active strain ∂Φ/∂c_j
-//! C₀(c), Φ_⊥(c)  other feedback on the sheet      ([`Feedback`])
+//! Φ(c), C₀(c), Φ_⊥(c)  feedback on the sheet  ∂Φ/∂c_j, …   ([`Feedback`])
 //! o_k(c, y)    observables, for output; y may be other signals
 //! ```
 //!
 //! A law comes from a shared library ([`Library`], the only place with `unsafe`) or from Rust code
 //! that implements [`Kinetics`]. Effects and solvers do not call the trait directly but through
-//! the functions of [`field`], which evaluate a whole field in parallel and let no bad number pass.
+//! [`field::evaluate`], which evaluates a whole field in parallel and lets no bad number pass.
 
 mod batch;
 pub mod breakpoints;
@@ -29,6 +28,7 @@ mod memory;
 mod metadata;
 mod parameters;
 mod plugin;
+mod quantity;
 pub mod search;
 mod signal;
 mod site;
@@ -49,6 +49,7 @@ pub use library::{
     Library, PluginKinetics, call_under_way, check_global_state, take_destroy_error,
 };
 pub use plugin::Plugin;
+pub use quantity::Quantity;
 pub use rumple_plugin_abi::C_HEADER;
 pub use search::Search;
 pub use signal::Signal;
@@ -77,86 +78,22 @@ pub trait Kinetics: Send + Sync + std::fmt::Debug {
     /// Parameter values in the order of the descriptor.
     fn parameters(&self) -> &[f64];
 
-    /// Writes the rate of each species, 1/time times its unit: `rates[s][point]`.
+    /// Writes a quantity, `values[output][point]`, and its partial derivatives,
+    /// `partials[output · inputs + input][point]`, unless `partials` is empty. [`Quantity`] has the numbers of outputs
+    /// and inputs, and the signals of the batch.
     ///
-    /// # Errors
-    /// If the law fails; `rates` is then unspecified.
-    fn rates(&self, batch: &Batch<'_>, rates: &mut [&mut [f64]]) -> Outcome;
-
-    /// Writes the rates and their partial derivatives, `partials[s · n_inputs + j][point]` with
-    /// inputs j = species, then signal columns ([`Descriptor::inputs`]).
-    ///
-    /// Provided: differences, see [`differences`].
+    /// [`Quantity::write_neutral`] serves for what a law does not give, [`differences::partials`] for derivatives that it
+    /// does not give itself.
     ///
     /// # Errors
     /// If the law fails; the outputs are then unspecified.
-    fn rate_partials(
+    fn evaluate(
         &self,
+        quantity: Quantity,
         batch: &Batch<'_>,
-        rates: &mut [&mut [f64]],
+        values: &mut [&mut [f64]],
         partials: &mut [&mut [f64]],
-    ) -> Outcome {
-        differences::rate_partials(self, batch, rates, partials)
-    }
-
-    /// Writes the length factor Φ of the species; the batch has no signals. Provided: Φ = 1.
-    ///
-    /// # Errors
-    /// If the law fails; `factor` is then unspecified.
-    fn length_factor(&self, _batch: &Batch<'_>, factor: &mut [f64]) -> Outcome {
-        factor.fill(1.0);
-        Ok(None)
-    }
-
-    /// Writes Φ and its partial derivatives by the species: `partials[s][point]`.
-    ///
-    /// Provided: differences, or zeros if the descriptor gives no length factor.
-    ///
-    /// # Errors
-    /// If the law fails; the outputs are then unspecified.
-    fn length_factor_partials(
-        &self,
-        batch: &Batch<'_>,
-        factor: &mut [f64],
-        partials: &mut [&mut [f64]],
-    ) -> Outcome {
-        differences::length_factor_partials(self, batch, factor, partials)
-    }
-
-    /// Writes one of the quantities of [`Feedback`], of the species; the batch has no signals. Provided: the value where no
-    /// law gives it.
-    ///
-    /// # Errors
-    /// If the law fails; `values` is then unspecified.
-    fn feedback(&self, which: Feedback, _batch: &Batch<'_>, values: &mut [f64]) -> Outcome {
-        values.fill(which.neutral());
-        Ok(None)
-    }
-
-    /// Writes it with its partial derivatives by the species: `partials[s][point]`.
-    ///
-    /// Provided: differences, or zeros if the descriptor does not give it.
-    ///
-    /// # Errors
-    /// If the law fails; the outputs are then unspecified.
-    fn feedback_partials(
-        &self,
-        which: Feedback,
-        batch: &Batch<'_>,
-        values: &mut [f64],
-        partials: &mut [&mut [f64]],
-    ) -> Outcome {
-        differences::feedback_partials(self, which, batch, values, partials)
-    }
-
-    /// Writes the observables of the descriptor, from the species and the signals that these read
-    /// ([`Descriptor::observed`]): `values[o][point]`. Provided for laws without any.
-    ///
-    /// # Errors
-    /// If the law fails; the outputs are then unspecified.
-    fn observe(&self, _batch: &Batch<'_>, _values: &mut [&mut [f64]]) -> Outcome {
-        Ok(None)
-    }
+    ) -> Outcome;
 
     /// Adds the times from 0 to `until` at which the rates have a kink or a jump in time, whatever the species, at
     /// the points of `batch`; whether they are all. Provided: nothing is known of a law that reads the time.
@@ -173,9 +110,8 @@ pub trait Kinetics: Send + Sync + std::fmt::Debug {
         Ok(None)
     }
 
-    /// What messages call the law whose rates (else length factors) are bad numbers in this batch.
-    /// Provided: this one.
-    fn offender(&self, _rates: bool, _batch: &Batch<'_>) -> String {
+    /// What messages call the law that gives bad numbers for a quantity in this batch. Provided: this one.
+    fn offender(&self, _quantity: Quantity, _batch: &Batch<'_>) -> String {
         self.descriptor().title()
     }
 }

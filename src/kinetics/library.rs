@@ -9,7 +9,6 @@
 #![allow(unsafe_code)]
 
 mod call;
-mod column_counts;
 mod global_state;
 mod inputs;
 mod instance;
@@ -28,6 +27,7 @@ use super::descriptor::Descriptor;
 use super::error::KineticsError;
 use super::parameters;
 use super::search::no_file;
+use super::{Feedback, Quantity};
 use call::Call;
 pub use global_state::check_global_state;
 pub(crate) use global_state::is_checked;
@@ -133,6 +133,22 @@ impl Library {
             path,
             descriptor,
         }))
+    }
+
+    /// The functions of a quantity: of its values, and of these with partial derivatives.
+    fn functions(&self, quantity: Quantity) -> (abi::Evaluate, abi::EvaluatePartials) {
+        let more = &self.feedback;
+        match quantity {
+            Quantity::Rates => (self.rates, self.rate_partials),
+            Quantity::Feedback(Feedback::LengthFactor) => {
+                (self.length_factor, self.length_factor_partials)
+            }
+            Quantity::Feedback(Feedback::Curvature) => (more.curvature, more.curvature_partials),
+            Quantity::Feedback(Feedback::FactorAcross) => {
+                (more.length_factor_across, more.length_factor_across_partials)
+            }
+            Quantity::Observables => (self.observe, None),
+        }
     }
 
     /// The full path of the file.

@@ -270,9 +270,6 @@ fn formula_error(scene: &Scene, table: &str, law: &Law, error: &LawError) -> Err
     let (path, text) = match error.formula {
         Which::Let(k) => named("let", &law.lets[k]),
         Which::Rate(k) => named("rates", &law.rates[k]),
-        Which::LengthFactor => {
-            (format!("{table}.length_factor"), law.length_factor.clone().unwrap_or_default())
-        }
         Which::Feedback(k) => {
             let (which, text) = &law.feedback[k];
             (format!("{table}.{}", which.name()), text.clone())

@@ -87,15 +87,15 @@ impl KineticsSpec {
             values: self.parameters.values().map(ParameterSpec::uniform).collect(),
             lets: named(&self.r#let),
             rates: named(&self.rates),
-            length_factor: self.length_factor.clone(),
             feedback: self.feedback(),
             observables: observables.collect(),
         })
     }
 
-    /// What its law gives besides rates and the length factor.
+    /// What its law gives besides rates.
     fn feedback(&self) -> Vec<(Feedback, String)> {
         let text = |which: Feedback| match which {
+            Feedback::LengthFactor => &self.length_factor,
             Feedback::Curvature => &self.curvature,
             Feedback::FactorAcross => &self.length_factor_across,
         };

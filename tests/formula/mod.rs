@@ -5,7 +5,7 @@ use std::path::Path;
 use proptest::prelude::*;
 use rumple::kinetics::descriptor;
 use rumple::kinetics::formula::{Formula, FormulaKinetics, Law, LawError, Which};
-use rumple::kinetics::{Batch, Column, Kinetics, Location, Parameter, Species};
+use rumple::kinetics::{Batch, Column, Feedback, Kinetics, Location, Parameter, Quantity, Species};
 use rumple::scene::Scene;
 
 use crate::common::{Noise, prepare};
@@ -46,7 +46,6 @@ fn law(rate: &str) -> Law {
         values: vec![Some(2.0), Some(2.5)],
         lets: Vec::new(),
         rates: vec![Formula { name: "u".into(), text: rate.into() }],
-        length_factor: None,
         feedback: Vec::new(),
         observables: Vec::new(),
     }
@@ -68,10 +67,10 @@ fn evaluate(kinetics: &dyn Kinetics, inputs: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec
     let mut partials = vec![vec![0.0; count]; d.species.len() * d.inputs()];
     let mut out: Vec<&mut [f64]> = rates.iter_mut().map(Vec::as_mut_slice).collect();
     let mut slopes: Vec<&mut [f64]> = partials.iter_mut().map(Vec::as_mut_slice).collect();
-    kinetics.rate_partials(&batch, &mut out, &mut slopes).unwrap();
+    kinetics.evaluate(Quantity::Rates, &batch, &mut out, &mut slopes).unwrap();
     let mut alone = rates.clone();
     let mut out: Vec<&mut [f64]> = alone.iter_mut().map(Vec::as_mut_slice).collect();
-    kinetics.rates(&batch, &mut out).unwrap();
+    kinetics.evaluate(Quantity::Rates, &batch, &mut out, &mut []).unwrap();
     assert!(alone == rates, "with and without derivatives");
     (rates, partials)
 }
@@ -215,9 +214,9 @@ fn parts_come_in_any_order_but_not_in_a_circle() {
     let error = FormulaKinetics::new(&good).unwrap_err();
     assert!(error.error.message.contains("species or a parameter already"), "{error:?}");
     good.lets = vec![part("b", "tension")];
-    good.length_factor = Some("1 + 1e-3*b".into());
+    good.feedback = vec![(Feedback::LengthFactor, "1 + 1e-3*b".into())];
     let error = FormulaKinetics::new(&good).unwrap_err();
-    assert_eq!(error.formula, Which::LengthFactor);
+    assert_eq!(error.formula, Which::Feedback(0));
     assert!(error.error.message.contains("reads the signal tension"), "{error:?}");
 }
 
@@ -260,7 +259,8 @@ fn against(scene: &str, plugin: &str, range: impl Fn(&mut Noise) -> Vec<f64>) {
             parameters: &[],
         };
         let (mut factor, mut slope) = (vec![0.0; 1000], vec![0.0; 1000]);
-        kinetics.length_factor_partials(&batch, &mut factor, &mut [&mut slope]).unwrap();
+        let which = Feedback::LengthFactor.into();
+        kinetics.evaluate(which, &batch, &mut [&mut factor], &mut [&mut slope]).unwrap();
         vec![factor, slope]
     };
     close(&factor(&text), &factor(&native));

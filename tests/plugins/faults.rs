@@ -4,7 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use rumple::kinetics::{
-    Batch, Column, Kinetics, KineticsError, Library, Location, Outcome, PluginKinetics, field,
+    Batch, Column, Feedback, Kinetics, KineticsError, Library, Location, Outcome, PluginKinetics,
+    Quantity, field,
 };
 
 use super::build::{c_library, map, misbehaving};
@@ -116,7 +117,7 @@ fn evaluate(kinetics: &dyn Kinetics, count: usize) -> Outcome {
         parameters: &[],
     };
     let mut rates = vec![0.0; count];
-    field::rates(kinetics, &batch, &mut [&mut rates])
+    field::evaluate(kinetics, Quantity::Rates, &batch, &mut [&mut rates], &mut [])
 }
 
 #[test]
@@ -191,7 +192,8 @@ fn bad_derivatives_and_length_factors_are_refused() {
     let mut rate = vec![0.0; COUNT];
     let mut partials = field::Columns::new(2, COUNT);
     let slices = &mut partials.slices_mut();
-    let error = field::rate_partials(&misbehave(18.0), &batch, &mut [&mut rate], slices);
+    let error =
+        field::evaluate(&misbehave(18.0), Quantity::Rates, &batch, &mut [&mut rate], slices);
     let text = error.unwrap_err().to_string();
     let expected =
         "inf in rate_partials for the derivative by c of the rate of species c at face 2500";
@@ -200,10 +202,24 @@ fn bad_derivatives_and_length_factors_are_refused() {
     let mut c = c.clone();
     c[CULPRIT] = 1.0;
     let batch = Batch { species: &[(&c).into()], signals: &[], ..batch };
-    let error = field::length_factor(&misbehave(20.0), &batch, &mut rate).unwrap_err();
+    let error = field::evaluate(
+        &misbehave(20.0),
+        Feedback::LengthFactor.into(),
+        &batch,
+        &mut [&mut rate],
+        &mut [],
+    )
+    .unwrap_err();
     let expected = "returned 0 in length_factor for the length factor at face 2500 (c = 1)";
     assert!(error.to_string().contains(expected), "{error}");
-    let error = field::length_factor(&misbehave(21.0), &batch, &mut rate).unwrap_err();
+    let error = field::evaluate(
+        &misbehave(21.0),
+        Feedback::LengthFactor.into(),
+        &batch,
+        &mut [&mut rate],
+        &mut [],
+    )
+    .unwrap_err();
     assert!(
         error.to_string().contains("failed in length_factor at face 0 (c = 0.25): panicked"),
         "{error}"
@@ -222,7 +238,8 @@ fn inputs_that_are_not_finite_are_not_blamed_on_the_plugin() {
         signals: &[[0.0, f64::NAN, 0.0].as_slice().into()],
         parameters: &[],
     };
-    let error = field::rates(&kinetics, &batch, &mut [&mut rates]).unwrap_err();
+    let error = field::evaluate(&kinetics, Quantity::Rates, &batch, &mut [&mut rates], &mut [])
+        .unwrap_err();
     let expected = "mean_curvature = NaN at vertex 1: kinetics need finite inputs";
     assert_eq!(error.to_string(), expected);
 }
@@ -235,7 +252,9 @@ fn columns_that_do_not_fit_are_refused_before_any_pointer_is_given_away() {
         let mut rates = vec![0.0; outputs];
         let (location, species) = (Location::Vertex, &[species.into()][..]);
         let batch = Batch { location, first: 0, count: 3, species, signals, parameters: &[] };
-        kinetics.rates(&batch, &mut [&mut rates]).map_err(|error| error.to_string())
+        kinetics
+            .evaluate(Quantity::Rates, &batch, &mut [&mut rates], &mut [])
+            .map_err(|error| error.to_string())
     };
     assert_eq!(call(&long, &[(&long).into()], 3), Ok(None));
     let wrong = [

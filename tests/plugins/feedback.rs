@@ -26,9 +26,10 @@ fn given_with(law: &dyn Kinetics, which: Feedback, parameters: &[Column<'_>]) ->
     let (location, signals) = (Location::Vertex, &[]);
     let batch = Batch { location, first: 0, count: 3, species: &species, signals, parameters };
     let mut alone = vec![0.0; 3];
-    field::feedback(law, which, &batch, &mut alone).unwrap();
+    field::evaluate(law, which.into(), &batch, &mut [&mut alone], &mut []).unwrap();
     let [mut values, mut by_c, mut by_d] = [0; 3].map(|_| vec![0.0; 3]);
-    field::feedback_partials(law, which, &batch, &mut values, &mut [&mut by_c, &mut by_d]).unwrap();
+    field::evaluate(law, which.into(), &batch, &mut [&mut values], &mut [&mut by_c, &mut by_d])
+        .unwrap();
     assert_eq!(alone, values);
     [values, by_c, by_d]
 }

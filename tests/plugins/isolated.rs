@@ -7,7 +7,8 @@ use std::process::Command;
 use std::time::Duration;
 
 use rumple::kinetics::{
-    Batch, Column, IsolatedLibrary, Isolation, Kinetics, KineticsError, Location, Outcome, field,
+    Batch, Column, Feedback, IsolatedLibrary, Isolation, Kinetics, KineticsError, Location,
+    Outcome, Quantity, field,
 };
 
 use super::build::{SHIPPED, directory, library, map, misbehaving};
@@ -38,13 +39,14 @@ fn all(law: &dyn Kinetics, parameters: &[Column<'_>]) -> Vec<u64> {
     let mut out = field::Columns::new(2 * species + species * inputs + 2 + species, COUNT);
     let mut slices = out.slices_mut();
     let (rates, rest) = slices.split_at_mut(species);
-    field::rates(law, &batch, rates).unwrap();
+    field::evaluate(law, Quantity::Rates, &batch, rates, &mut []).unwrap();
     let (rates, rest) = rest.split_at_mut(species);
     let (partials, rest) = rest.split_at_mut(species * inputs);
-    field::rate_partials(law, &batch, rates, partials).unwrap();
-    field::length_factor(law, &still, rest[0]).unwrap();
+    field::evaluate(law, Quantity::Rates, &batch, rates, partials).unwrap();
+    field::evaluate(law, Feedback::LengthFactor.into(), &still, &mut rest[..1], &mut []).unwrap();
     let (factor, partials) = rest[1..].split_at_mut(1);
-    field::length_factor_partials(law, &still, factor[0], partials).unwrap();
+    field::evaluate(law, Feedback::LengthFactor.into(), &still, &mut factor[..1], partials)
+        .unwrap();
     out.into_inner().iter().map(|value| value.to_bits()).collect()
 }
 
@@ -82,7 +84,7 @@ fn evaluate(law: &dyn Kinetics) -> Outcome {
         signals: &[Column::uniform(&0.125)],
         parameters: &[],
     };
-    field::rates(law, &batch, &mut [&mut vec![0.0; COUNT]])
+    field::evaluate(law, Quantity::Rates, &batch, &mut [&mut vec![0.0; COUNT]], &mut [])
 }
 
 #[test]

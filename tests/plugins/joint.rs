@@ -54,7 +54,7 @@ fn law(laws: &str) -> std::sync::Arc<dyn Kinetics> {
 
 #[test]
 fn two_laws_that_share_a_species_are_the_law_of_both() {
-    use rumple::kinetics::{Batch, Location, field};
+    use rumple::kinetics::{Batch, Feedback, Location, Quantity, field};
     let (two, one) = (law(TWO), law(ONE));
     assert_eq!(two.descriptor().observables, one.descriptor().observables);
     let (u, v) = (vec![0.3, 1.0, 2.5, 0.0], vec![0.1, 0.7, 0.2, 1.0]);
@@ -72,15 +72,28 @@ fn two_laws_that_share_a_species_are_the_law_of_both() {
         };
         let mut rates = field::Columns::new(2, 4);
         let mut partials = field::Columns::new(4, 4);
-        field::rate_partials(law, &batch, &mut rates.slices_mut(), &mut partials.slices_mut())
-            .unwrap();
+        field::evaluate(
+            law,
+            Quantity::Rates,
+            &batch,
+            &mut rates.slices_mut(),
+            &mut partials.slices_mut(),
+        )
+        .unwrap();
         let mut alone = field::Columns::new(2, 4);
-        field::rates(law, &batch, &mut alone.slices_mut()).unwrap();
+        field::evaluate(law, Quantity::Rates, &batch, &mut alone.slices_mut(), &mut []).unwrap();
         assert_eq!(alone, rates);
         let (mut factor, mut slopes) = (vec![0.0; 4], field::Columns::new(2, 4));
-        field::length_factor_partials(law, &batch, &mut factor, &mut slopes.slices_mut()).unwrap();
+        field::evaluate(
+            law,
+            Feedback::LengthFactor.into(),
+            &batch,
+            &mut [&mut factor],
+            &mut slopes.slices_mut(),
+        )
+        .unwrap();
         let mut flux = vec![0.0; 4];
-        field::observe(law, &batch, &mut [&mut flux]).unwrap();
+        field::evaluate(law, Quantity::Observables, &batch, &mut [&mut flux], &mut []).unwrap();
         [rates.into_inner(), partials.into_inner(), factor, slopes.into_inner(), flux].concat()
     };
     for (two, one) in evaluate(&*two).iter().zip(evaluate(&*one)) {

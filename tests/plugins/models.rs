@@ -1,7 +1,8 @@
 //! Models I and II through the boundary, against what is known of them.
 
 use rumple::kinetics::{
-    Batch, Column, Kinetics, Location, PluginKinetics, Signal, differences, field,
+    Batch, Column, Feedback, Kinetics, Location, PluginKinetics, Quantity, Signal, differences,
+    field,
 };
 
 use super::build::{c_library, library, map, plugin};
@@ -20,14 +21,24 @@ fn rates(kinetics: &PluginKinetics, c: &[f64], signal: &[f64]) -> Vec<f64> {
         signals: &[signal.into()],
         parameters: &[],
     };
-    assert_eq!(field::rates(kinetics, &batch, &mut [&mut rates]).unwrap(), None);
+    assert_eq!(
+        field::evaluate(kinetics, Quantity::Rates, &batch, &mut [&mut rates], &mut []).unwrap(),
+        None
+    );
     rates
 }
 
 fn length_factors(kinetics: &PluginKinetics, c: &[f64]) -> Vec<f64> {
     let mut factors = vec![0.0; c.len()];
     let species = [c.into()];
-    field::length_factor(kinetics, &batch(&species, &[], c.len()), &mut factors).unwrap();
+    field::evaluate(
+        kinetics,
+        Feedback::LengthFactor.into(),
+        &batch(&species, &[], c.len()),
+        &mut [&mut factors],
+        &mut [],
+    )
+    .unwrap();
     factors
 }
 
@@ -106,7 +117,14 @@ fn extreme_inputs_give_finite_values_and_derivatives() {
         let species = [values.as_slice().into()];
         let (mut factor, mut partial) = ([0.0; 7], [0.0; 7]);
         let batch = batch(&species, &[], values.len());
-        field::length_factor_partials(&model, &batch, &mut factor, &mut [&mut partial]).unwrap();
+        field::evaluate(
+            &model,
+            Feedback::LengthFactor.into(),
+            &batch,
+            &mut [&mut factor],
+            &mut [&mut partial],
+        )
+        .unwrap();
         assert!(factor.iter().all(|phi| (0.999..=1.54).contains(phi)), "b = {b}: {factor:?}");
         if b == 1e6 {
             assert_eq!([factor[0], factor[6]], [1.0, 1.0 / 0.65]);
@@ -121,7 +139,7 @@ fn extreme_inputs_give_finite_values_and_derivatives() {
         let (mut rate, mut by_species, mut by_signal) = ([0.0; 7], [0.0; 7], [0.0; 7]);
         let mut partials = [by_species.as_mut_slice(), by_signal.as_mut_slice()];
         let batch = batch(&species, &signals, values.len());
-        field::rate_partials(&model, &batch, &mut [&mut rate], &mut partials).unwrap();
+        field::evaluate(&model, Quantity::Rates, &batch, &mut [&mut rate], &mut partials).unwrap();
     }
 }
 
@@ -148,9 +166,9 @@ fn partial_derivatives_match_differences() {
 
         let batch = Batch { signals: &[], ..batch };
         let (mut factor, mut given, mut expected) = ([0.0; 500], [0.0; 500], [0.0; 500]);
-        model.length_factor_partials(&batch, &mut factor, &mut [&mut given]).unwrap();
-        differences::length_factor_partials(&model, &batch, &mut factor, &mut [&mut expected])
-            .unwrap();
+        let (which, values) = (Feedback::LengthFactor.into(), &mut [&mut factor[..]]);
+        model.evaluate(which, &batch, values, &mut [&mut given]).unwrap();
+        differences::partials(&model, which, &batch, values, &mut [&mut expected]).unwrap();
         for (given, expected) in given.iter().zip(expected) {
             assert_close(*given, expected, 1e-8 * expected.abs().max(0.1));
         }
@@ -184,7 +202,7 @@ fn a_model_in_c_gives_the_same_numbers_with_and_without_its_own_derivatives() {
         let mut rate = vec![0.0; 3000];
         let mut partials = field::Columns::new(2, 3000);
         let slices = &mut partials.slices_mut();
-        field::rate_partials(kinetics, &batch, &mut [&mut rate], slices).unwrap();
+        field::evaluate(kinetics, Quantity::Rates, &batch, &mut [&mut rate], slices).unwrap();
         (rate, partials)
     };
     let (rate, partials) = evaluate(&rust);
@@ -219,7 +237,10 @@ fn results_do_not_depend_on_threads_or_on_how_points_are_stored() {
         let mut rate = vec![0.0; 5000];
         let (species, signals) = ([species], [signals]);
         let batch = batch(&species, &signals, 5000);
-        pool.install(|| field::rates(&model, &batch, &mut [&mut rate])).unwrap();
+        pool.install(|| {
+            field::evaluate(&model, Quantity::Rates, &batch, &mut [&mut rate], &mut [])
+        })
+        .unwrap();
         rate.iter().map(|rate| rate.to_bits()).collect::<Vec<_>>()
     };
     let one = evaluate(1, (&species).into(), (&signals).into());

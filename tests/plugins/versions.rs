@@ -1,6 +1,6 @@
 //! A plugin of an older minor version of the boundary: header and source as they were.
 
-use rumple::kinetics::{Batch, Column, Kinetics, Library, Location, field};
+use rumple::kinetics::{Batch, Column, Feedback, Kinetics, Library, Location, Quantity, field};
 
 use super::build::{c_library, map, plugin};
 
@@ -37,10 +37,17 @@ fn a_plugin_of_minor_version_0_loads_and_gives_the_same_numbers() {
             let mut rates = vec![0.0; count];
             let mut partials = field::Columns::new(2, count);
             let slices = &mut partials.slices_mut();
-            field::rate_partials(kinetics, &batch, &mut [&mut rates], slices).unwrap();
+            field::evaluate(kinetics, Quantity::Rates, &batch, &mut [&mut rates], slices).unwrap();
             let mut factor = vec![0.0; count];
             let batch = Batch { signals: &[], ..batch };
-            field::length_factor(kinetics, &batch, &mut factor).unwrap();
+            field::evaluate(
+                kinetics,
+                Feedback::LengthFactor.into(),
+                &batch,
+                &mut [&mut factor],
+                &mut [],
+            )
+            .unwrap();
             [rates, partials.into_inner(), factor].concat()
         };
         for (old, new) in evaluate(&old).iter().zip(evaluate(&new)) {

@@ -10,7 +10,7 @@ use super::{LawArgs, LawSource};
 use crate::Result;
 use crate::kinetics::field::{self, Columns};
 use crate::kinetics::validation::Samples;
-use crate::kinetics::{Kinetics, KineticsError};
+use crate::kinetics::{Batch, Feedback, Kinetics, KineticsError, Quantity};
 
 /// Arguments of `plugin bench`.
 #[derive(Debug, Args)]
@@ -50,20 +50,24 @@ pub(super) fn run(args: &BenchArgs) -> Result<()> {
         rayon::current_num_threads()
     );
     let (values, partials) = (&mut values.slices_mut(), &mut partials.slices_mut());
+    let evaluate = |quantity, batch: &Batch<'_>, values: &mut [_], partials: &mut [_]| {
+        field::evaluate(&*kinetics, quantity, batch, values, partials).map(drop)
+    };
     samples.with(true, |batch| {
-        time("rates", count, || field::rates(&*kinetics, batch, values).map(drop))?;
+        time("rates", count, || evaluate(Quantity::Rates, batch, values, &mut []))?;
         let text = if kinetics.descriptor().capabilities.rate_partials {
             "rates and exact derivatives"
         } else {
             "rates and differences"
         };
-        time(text, count, || field::rate_partials(&*kinetics, batch, values, partials).map(drop))
+        time(text, count, || evaluate(Quantity::Rates, batch, values, partials))
     })?;
-    if kinetics.descriptor().capabilities.length_factor {
+    let factor = Quantity::Feedback(Feedback::LengthFactor);
+    if factor.is_given(kinetics.descriptor()) {
+        let (values, partials) = (&mut values[..1], &mut partials[..species]);
         samples.with(false, |batch| {
-            let partials = &mut partials[..species];
             time("length factor and derivatives", count, || {
-                field::length_factor_partials(&*kinetics, batch, values[0], partials).map(drop)
+                evaluate(factor, batch, values, partials)
             })
         })?;
     }

@@ -110,11 +110,14 @@ fn describe(d: &Descriptor, value: &dyn Fn(usize) -> String) {
     let exact =
         |exact: bool| if exact { "exact derivatives" } else { "derivatives by differences" };
     say!("gives       rates, {}", exact(d.capabilities.rate_partials));
-    if d.capabilities.length_factor {
-        say!("gives       length factor, {}", exact(d.capabilities.length_factor_partials));
-    }
     for which in Feedback::ALL.into_iter().filter(|which| which.is_given(&d.capabilities)) {
-        say!("gives       {}", which.describe().trim_start_matches("the "));
+        let name = which.describe().trim_start_matches("the ");
+        match which {
+            Feedback::LengthFactor => {
+                say!("gives       {name}, {}", exact(d.capabilities.length_factor_partials));
+            }
+            Feedback::Curvature | Feedback::FactorAcross => say!("gives       {name}"),
+        }
     }
     for o in &d.observables {
         say!("gives       observable {} [{}] {}", o.name, o.unit, o.doc);

@@ -18,7 +18,8 @@ use super::signals::Signals;
 use super::unreliable_results::Flagged;
 use crate::effects::{DirectedLengthFactor, Held, Measure, Operator, TransportTerm};
 use crate::kinetics::{
-    Batch, Column, Descriptor, Feedback, Kinetics, KineticsError, Location, Signal, field,
+    Batch, Column, Descriptor, Feedback, Kinetics, KineticsError, Location, Outcome, Quantity,
+    Signal, field,
 };
 use crate::parallel;
 use crate::sheet::Sheet;
@@ -185,7 +186,8 @@ impl Chemistry {
             return Ok(None);
         }
         let at_edges = self.at_edges(sheet, surface, species);
-        let mut factor = self.factor_at(Location::Edge, &at_edges)?;
+        let found = self.feedback(Feedback::LengthFactor, Location::Edge, &at_edges)?;
+        let Some(mut factor) = found else { return Ok(None) };
         if let Some(direction) = &self.direction {
             let across = self.feedback(Feedback::FactorAcross, Location::Edge, &at_edges)?;
             parallel::update(&mut factor, |e, factor| {
@@ -211,16 +213,10 @@ impl Chemistry {
             return Ok(None);
         }
         let at_edges = self.at_edges(sheet, surface, species);
-        let (location, count) = (Location::Edge, at_edges.first().map_or(0, Vec::len));
-        let mut factor = vec![1.0; count];
-        let mut slopes = vec![vec![0.0; count]; species.len()];
-        let mut out: Vec<&mut [f64]> = slopes.iter_mut().map(Vec::as_mut_slice).collect();
-        let outcome = self.call(law::SLOPES, location, &at_edges, &[], |kinetics, batch| {
-            field::length_factor_partials(kinetics, batch, &mut factor, &mut out)
-        });
-        self.flagged.note(location, outcome)?;
+        let found = self.feedback_slopes(Feedback::LengthFactor, Location::Edge, &at_edges)?;
+        let Some((factor, mut slopes)) = found else { return Ok(None) };
         if let Some(direction) = &self.direction {
-            let across = self.feedback_slopes(Feedback::FactorAcross, location, &at_edges)?;
+            let across = self.feedback_slopes(Feedback::FactorAcross, Location::Edge, &at_edges)?;
             for (s, slope) in slopes.iter_mut().enumerate() {
                 parallel::update(slope, |e, slope| {
                     let (value, by) = match &across {
@@ -243,22 +239,8 @@ impl Chemistry {
     /// # Errors
     /// If the plugin fails or gives a factor that is not a positive number.
     pub fn point_length_factor(&self, species: &[Vec<f64>]) -> Result<Vec<f64>, KineticsError> {
-        self.factor_at(self.location, species)
-    }
-
-    fn factor_at(
-        &self,
-        location: Location,
-        species: &[Vec<f64>],
-    ) -> Result<Vec<f64>, KineticsError> {
-        let mut factor = vec![1.0; species.first().map_or(0, Vec::len)];
-        if self.descriptor().capabilities.length_factor {
-            let outcome = self.call(law::FACTOR, location, species, &[], |kinetics, batch| {
-                field::length_factor(kinetics, batch, &mut factor)
-            });
-            self.flagged.note(location, outcome)?;
-        }
-        Ok(factor)
+        let found = self.feedback(Feedback::LengthFactor, self.location, species)?;
+        Ok(found.unwrap_or_else(|| vec![1.0; species.first().map_or(0, Vec::len)]))
     }
 
     fn batch<R>(
@@ -277,22 +259,31 @@ impl Chemistry {
         f(self.kinetics.as_ref(), &batch)
     }
 
-    /// One call of the law, of which `what` is counted.
-    fn call<R>(
+    /// One evaluation of the law, which is counted.
+    fn evaluate(
         &self,
-        what: usize,
+        quantity: Quantity,
         location: Location,
-        species: &[impl AsRef<[f64]>],
-        signals: &[Vec<f64>],
-        f: impl FnOnce(&dyn Kinetics, &Batch<'_>) -> R,
-    ) -> R {
+        (species, signals): (&[impl AsRef<[f64]>], &[Vec<f64>]),
+        values: &mut [&mut [f64]],
+        partials: &mut [&mut [f64]],
+    ) -> Outcome {
+        let what = match (quantity, partials.is_empty()) {
+            (Quantity::Rates, true) => law::RATES,
+            (Quantity::Rates, false) => law::PARTIALS,
+            (Quantity::Feedback(_), true) => law::FACTOR,
+            (Quantity::Feedback(_), false) => law::SLOPES,
+            (Quantity::Observables, _) => law::OBSERVABLES,
+        };
         let points = species.first().map_or(0, |c| c.as_ref().len());
         let law = &self.law;
         let _scope = if points <= FEW_POINTS { law.brief(what) } else { law.scope(what) };
         self.tally.count(|work| {
             (work.law_calls, work.law_sites) = (work.law_calls + 1, work.law_sites + points as u64)
         });
-        self.batch(location, species, signals, f)
+        self.batch(location, species, signals, |kinetics, batch| {
+            field::evaluate(kinetics, quantity, batch, values, partials)
+        })
     }
 
     /// Reaction rates R at every point, one column a species.
@@ -305,9 +296,8 @@ impl Chemistry {
         signals: &SignalColumns,
         out: &mut [&mut [f64]],
     ) -> Result<(), KineticsError> {
-        let outcome = self.call(law::RATES, self.location, species, signals, |kinetics, batch| {
-            field::rates(kinetics, batch, out)
-        });
+        let inputs = (species, &signals[..]);
+        let outcome = self.evaluate(Quantity::Rates, self.location, inputs, out, &mut []);
         self.flagged.note(self.location, outcome)
     }
 
@@ -330,9 +320,8 @@ impl Chemistry {
         // What a law leaves unwritten must not be taken for a result.
         let mut all = vec![vec![f64::NAN; count]; self.descriptor().observables.len()];
         let mut out: Vec<&mut [f64]> = all.iter_mut().map(Vec::as_mut_slice).collect();
-        self.call(law::OBSERVABLES, self.location, species, signals, |kinetics, batch| {
-            field::observe(kinetics, batch, &mut out)
-        })?;
+        let inputs = (species, &signals[..]);
+        self.evaluate(Quantity::Observables, self.location, inputs, &mut out, &mut [])?;
         Ok(all)
     }
 
@@ -360,11 +349,9 @@ impl Chemistry {
         let (n, inputs) = (species.len(), self.descriptor().inputs());
         let mut rates = field::Columns::new(n, count);
         let mut partials = field::Columns::new(n * inputs, count);
-        let outcome =
-            self.call(law::PARTIALS, self.location, species, signals, |kinetics, batch| {
-                let (rates, partials) = (&mut rates.slices_mut(), &mut partials.slices_mut());
-                field::rate_partials(kinetics, batch, rates, partials)
-            });
+        let (values, slopes) = (&mut rates.slices_mut(), &mut partials.slices_mut());
+        let inputs = (species, &signals[..]);
+        let outcome = self.evaluate(Quantity::Rates, self.location, inputs, values, slopes);
         self.flagged.note(self.location, outcome)?;
         Ok(partials)
     }

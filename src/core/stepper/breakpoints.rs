@@ -5,7 +5,7 @@
 
 use crate::effects::EffectSpec;
 use crate::kinetics::breakpoints::{SAMPLES, sampled};
-use crate::kinetics::{Batch, Column, Kinetics, Signal, field};
+use crate::kinetics::{Batch, Column, Kinetics, Quantity, Signal, field};
 use crate::model::{Chemistry, Evaluation};
 use crate::num::{Short, real};
 use crate::sheet::Sheet;
@@ -239,7 +239,7 @@ fn rates_at(kinetics: &dyn Kinetics, batch: &Batch<'_>, times: &[f64]) -> Option
         };
         let mut rates = vec![vec![0.0; count]; descriptor.species.len()];
         let mut out: Vec<_> = rates.iter_mut().map(Vec::as_mut_slice).collect();
-        match field::rates(kinetics, &part, &mut out) {
+        match field::evaluate(kinetics, Quantity::Rates, &part, &mut out, &mut []) {
             Ok(_) => all.extend(
                 rates.iter().flat_map(|column| column.chunks(times.len()).map(<[f64]>::to_vec)),
             ),

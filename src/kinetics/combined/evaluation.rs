@@ -6,25 +6,70 @@ use super::{JointKinetics, Part};
 use crate::batch::{Batch, Column};
 use crate::descriptor::Descriptor;
 use crate::field::Columns;
-use crate::{Feedback, Kinetics, KineticsError, Outcome};
+use crate::{Feedback, Kinetics, KineticsError, Outcome, Quantity};
 use rumple_numerics::num::all_finite_from;
 
 impl Part {
-    /// Hands this law's view of the inputs to `evaluate`.
-    fn with_inputs<R>(&self, batch: &Batch<'_>, evaluate: impl FnOnce(&Batch<'_>) -> R) -> R {
-        self.with_signals(&self.signals, batch, evaluate)
+    pub(super) fn gives(&self, quantity: impl Into<Quantity>) -> bool {
+        quantity.into().is_given(self.kinetics.descriptor())
     }
 
-    fn with_signals<R>(
+    /// Hands this law's view of the inputs of a quantity to `evaluate`.
+    fn with_inputs<R>(
         &self,
-        signals: &[usize],
+        quantity: Quantity,
         batch: &Batch<'_>,
         evaluate: impl FnOnce(&Batch<'_>) -> R,
     ) -> R {
+        let signals = match quantity {
+            Quantity::Observables => &self.observed,
+            Quantity::Rates | Quantity::Feedback(_) => &self.signals,
+        };
         let species = take(&self.species, batch.species);
         let signals = take(signals, batch.signals);
         let parameters = batch.parameters.get(self.parameters.clone()).unwrap_or(&[]);
         evaluate(&Batch { species: &species, signals: &signals, parameters, ..*batch })
+    }
+
+    /// R += R^k, with the derivatives; `all` laws have these numbers of species and inputs.
+    fn add_rates(
+        &self,
+        (species, width): (usize, usize),
+        (rates, partials): (&mut [&mut [f64]], &mut [&mut [f64]]),
+        (own, slopes): (&Columns, &Columns),
+    ) {
+        let signals = self.signals.iter().map(|column| species + column);
+        let columns: Vec<usize> = self.species.iter().copied().chain(signals).collect();
+        for (row, &species) in self.species.iter().enumerate() {
+            add(rates[species], own.column(row));
+            if partials.is_empty() {
+                continue;
+            }
+            for (input, &column) in columns.iter().enumerate() {
+                let slope = slopes.column(row * columns.len() + input);
+                add(partials[species * width + column], slope);
+            }
+        }
+    }
+
+    /// Joins feedback with that of the laws before; (Φ Ψ)' = Φ' Ψ + Φ Ψ' for factors.
+    fn join(
+        &self,
+        which: Feedback,
+        (values, partials): (&mut [f64], &mut [&mut [f64]]),
+        (own, slopes): (&[f64], &Columns),
+    ) {
+        let joined = |values: &[f64], point: usize| which.joined(values[point], own[point]);
+        for column in partials.iter_mut() {
+            let each = column.iter_mut().enumerate();
+            each.for_each(|(point, slope)| *slope *= joined(values, point).1[0]);
+        }
+        let rows = if partials.is_empty() { &[][..] } else { &self.species };
+        for (row, &species) in rows.iter().enumerate() {
+            let each = partials[species].iter_mut().zip(slopes.column(row)).enumerate();
+            each.for_each(|(point, (slope, own))| *slope += joined(values, point).1[1] * own);
+        }
+        (0..values.len()).for_each(|point| values[point] = joined(values, point).0);
     }
 }
 
@@ -46,138 +91,49 @@ impl Kinetics for JointKinetics {
         &self.parameters
     }
 
-    fn rates(&self, batch: &Batch<'_>, rates: &mut [&mut [f64]]) -> Outcome {
-        rates.iter_mut().for_each(|column| column.fill(0.0));
-        let mut warning = None;
-        for part in &self.members {
-            let mut own = Columns::new(part.species.len(), batch.count);
-            let outcome =
-                part.with_inputs(batch, |b| part.kinetics.rates(b, &mut own.slices_mut()))?;
-            warning = warning.or(outcome);
-            for (row, &species) in part.species.iter().enumerate() {
-                add(rates[species], own.column(row));
-            }
-        }
-        Ok(warning)
-    }
-
-    fn rate_partials(
+    fn evaluate(
         &self,
+        quantity: Quantity,
         batch: &Batch<'_>,
-        rates: &mut [&mut [f64]],
+        values: &mut [&mut [f64]],
         partials: &mut [&mut [f64]],
     ) -> Outcome {
-        rates.iter_mut().for_each(|column| column.fill(0.0));
-        partials.iter_mut().for_each(|column| column.fill(0.0));
-        let (all, width) = (self.descriptor.species.len(), self.descriptor.inputs());
+        quantity.write_neutral(values, partials);
+        let all = (self.descriptor.species.len(), self.descriptor.inputs());
         let mut warning = None;
-        for part in &self.members {
-            let (n, inputs) = (part.species.len(), part.kinetics.descriptor().inputs());
-            let mut own = Columns::new(n, batch.count);
-            let mut slopes = Columns::new(n * inputs, batch.count);
-            let outcome = part.with_inputs(batch, |b| {
-                part.kinetics.rate_partials(b, &mut own.slices_mut(), &mut slopes.slices_mut())
+        for part in self.members.iter().filter(|part| part.gives(quantity)) {
+            let law = part.kinetics.descriptor();
+            if quantity == Quantity::Observables {
+                let own = &mut values[part.observables.clone()];
+                let outcome = part.with_inputs(quantity, batch, |b| {
+                    part.kinetics.evaluate(quantity, b, own, &mut [])
+                })?;
+                warning = warning.or(outcome);
+                continue;
+            }
+            let (outputs, inputs) = (quantity.outputs(law), quantity.inputs(law));
+            let entries = if partials.is_empty() { 0 } else { outputs * inputs };
+            let mut own = Columns::new(outputs, batch.count);
+            let mut slopes = Columns::new(entries, batch.count);
+            let outcome = part.with_inputs(quantity, batch, |b| {
+                let (own, slopes) = (&mut own.slices_mut(), &mut slopes.slices_mut());
+                part.kinetics.evaluate(quantity, b, own, slopes)
             })?;
             warning = warning.or(outcome);
-            let signals = part.signals.iter().map(|column| all + column);
-            let columns: Vec<usize> = part.species.iter().copied().chain(signals).collect();
-            for (row, &species) in part.species.iter().enumerate() {
-                add(rates[species], own.column(row));
-                for (input, &column) in columns.iter().enumerate() {
-                    add(partials[species * width + column], slopes.column(row * inputs + input));
+            match quantity {
+                Quantity::Feedback(which) => {
+                    part.join(which, (values[0], partials), (own.column(0), &slopes));
                 }
-            }
-        }
-        Ok(warning)
-    }
-
-    fn length_factor(&self, batch: &Batch<'_>, factor: &mut [f64]) -> Outcome {
-        factor.fill(1.0);
-        let mut own = vec![1.0; batch.count];
-        let mut warning = None;
-        for part in self.members.iter().filter(|p| p.gives_length_factor()) {
-            let outcome = part.with_inputs(batch, |b| part.kinetics.length_factor(b, &mut own))?;
-            warning = warning.or(outcome);
-            factor.iter_mut().zip(&own).for_each(|(all, own)| *all *= own);
-        }
-        Ok(warning)
-    }
-
-    fn length_factor_partials(
-        &self,
-        batch: &Batch<'_>,
-        factor: &mut [f64],
-        partials: &mut [&mut [f64]],
-    ) -> Outcome {
-        factor.fill(1.0);
-        partials.iter_mut().for_each(|column| column.fill(0.0));
-        let mut own = vec![1.0; batch.count];
-        let mut warning = None;
-        for part in self.members.iter().filter(|p| p.gives_length_factor()) {
-            let mut slopes = Columns::new(part.species.len(), batch.count);
-            let outcome = part.with_inputs(batch, |b| {
-                part.kinetics.length_factor_partials(b, &mut own, &mut slopes.slices_mut())
-            })?;
-            warning = warning.or(outcome);
-            // (Φ Ψ)' = Φ' Ψ + Φ Ψ'
-            for column in partials.iter_mut() {
-                column.iter_mut().zip(&own).for_each(|(slope, own)| *slope *= own);
-            }
-            for (row, &species) in part.species.iter().enumerate() {
-                let more = slopes.column(row).iter().zip(factor.iter());
-                let column = partials[species].iter_mut();
-                column.zip(more).for_each(|(slope, (own, before))| *slope += own * before);
-            }
-            factor.iter_mut().zip(&own).for_each(|(all, own)| *all *= own);
-        }
-        Ok(warning)
-    }
-
-    fn feedback(&self, which: Feedback, batch: &Batch<'_>, values: &mut [f64]) -> Outcome {
-        values.fill(which.neutral());
-        let mut own = vec![0.0; batch.count];
-        let mut warning = None;
-        for part in self.members.iter().filter(|p| p.gives(which)) {
-            let outcome =
-                part.with_inputs(batch, |b| part.kinetics.feedback(which, b, &mut own))?;
-            warning = warning.or(outcome);
-            values.iter_mut().zip(&own).for_each(|(all, own)| *all = which.joined(*all, *own).0);
-        }
-        Ok(warning)
-    }
-
-    fn feedback_partials(
-        &self,
-        which: Feedback,
-        batch: &Batch<'_>,
-        values: &mut [f64],
-        partials: &mut [&mut [f64]],
-    ) -> Outcome {
-        values.fill(which.neutral());
-        partials.iter_mut().for_each(|column| column.fill(0.0));
-        let mut own = vec![0.0; batch.count];
-        let mut warning = None;
-        for part in self.members.iter().filter(|p| p.gives(which)) {
-            let mut slopes = Columns::new(part.species.len(), batch.count);
-            let outcome = part.with_inputs(batch, |b| {
-                part.kinetics.feedback_partials(which, b, &mut own, &mut slopes.slices_mut())
-            })?;
-            warning = warning.or(outcome);
-            for (point, (all, own)) in values.iter_mut().zip(&own).enumerate() {
-                let (joined, [by_all, by_own]) = which.joined(*all, *own);
-                partials.iter_mut().for_each(|column| column[point] *= by_all);
-                for (row, &species) in part.species.iter().enumerate() {
-                    partials[species][point] += by_own * slopes.column(row)[point];
-                }
-                *all = joined;
+                _ => part.add_rates(all, (values, partials), (&own, &slopes)),
             }
         }
         Ok(warning)
     }
 
     fn breakpoints(&self, batch: &Batch<'_>, until: f64, times: &mut Vec<f64>) -> bool {
-        let of =
-            |part: &Part| part.with_inputs(batch, |b| part.kinetics.breakpoints(b, until, times));
+        let of = |part: &Part| {
+            part.with_inputs(Quantity::Rates, batch, |b| part.kinetics.breakpoints(b, until, times))
+        };
         let known: Vec<bool> = self.members.iter().map(of).collect();
         !known.contains(&false)
     }
@@ -194,41 +150,19 @@ impl Kinetics for JointKinetics {
         Ok(any.then(|| Box::new(Self { descriptor, parameters, members }) as Box<dyn Kinetics>))
     }
 
-    fn offender(&self, rates: bool, batch: &Batch<'_>) -> String {
+    fn offender(&self, quantity: Quantity, batch: &Batch<'_>) -> String {
         let bad = |part: &&Part| {
-            part.with_inputs(batch, |b| {
-                let mut own = Columns::new(if rates { part.species.len() } else { 1 }, b.count);
+            part.with_inputs(quantity, batch, |b| {
+                let outputs = quantity.outputs(part.kinetics.descriptor());
+                let mut own = Columns::new(outputs, b.count);
                 let columns = &mut own.slices_mut();
-                let least = if rates { f64::MIN } else { f64::MIN_POSITIVE };
-                let outcome = match rates {
-                    true => part.kinetics.rates(b, columns),
-                    false => part.kinetics.length_factor(b, columns[0]),
-                };
+                let outcome = part.kinetics.evaluate(quantity, b, columns, &mut []);
+                let least = quantity.least();
                 outcome.is_err() || columns.iter().any(|column| !all_finite_from(column, least))
             })
         };
-        let found = self.members.iter().find(bad).map(|part| part.kinetics.descriptor());
+        let mut givers = self.members.iter().filter(|part| part.gives(quantity));
+        let found = givers.find(bad).map(|part| part.kinetics.descriptor());
         found.unwrap_or(&self.descriptor).title()
-    }
-
-    fn observe(&self, batch: &Batch<'_>, values: &mut [&mut [f64]]) -> Outcome {
-        let mut warning = None;
-        for part in self.members.iter().filter(|p| !p.observables.is_empty()) {
-            let own = &mut values[part.observables.clone()];
-            let outcome =
-                part.with_signals(&part.observed, batch, |b| part.kinetics.observe(b, own))?;
-            warning = warning.or(outcome);
-        }
-        Ok(warning)
-    }
-}
-
-impl Part {
-    pub(super) fn gives(&self, which: Feedback) -> bool {
-        which.is_given(&self.kinetics.descriptor().capabilities)
-    }
-
-    pub(super) fn gives_length_factor(&self) -> bool {
-        self.kinetics.descriptor().capabilities.length_factor
     }
 }

@@ -31,7 +31,6 @@ use names::Names;
 use program::Program;
 
 use super::descriptor::{Capabilities, Descriptor, FORMULA, Observable};
-use super::site::LENGTH_FACTOR;
 use super::{Feedback, Location, Parameter, Signal, SignalRead, Species};
 
 /// One formula of a law.
@@ -58,9 +57,7 @@ pub struct Law {
     pub lets: Vec<Formula>,
     /// Rates; species without one do not react.
     pub rates: Vec<Formula>,
-    /// The length factor.
-    pub length_factor: Option<String>,
-    /// Other feedback on the sheet.
+    /// Feedback on the sheet.
     pub feedback: Vec<(Feedback, String)>,
     /// Observables.
     pub observables: Vec<(Observable, String)>,
@@ -88,7 +85,6 @@ impl Law {
             values: Vec::new(),
             lets: Vec::new(),
             rates: Vec::new(),
-            length_factor: None,
             feedback: Vec::new(),
             observables: Vec::new(),
         }
@@ -132,12 +128,13 @@ impl Law {
     /// Sets the length factor.
     #[must_use]
     pub fn length_factor(self, formula: &str) -> Self {
-        Self { length_factor: Some(formula.to_owned()), ..self }
+        self.feedback(Feedback::LengthFactor, formula)
     }
 
-    /// Adds a quantity of [`Feedback`]; a length factor across a fibre goes with the one along it.
+    /// Sets a quantity of [`Feedback`]; a length factor across a fibre goes with the one along it.
     #[must_use]
     pub fn feedback(mut self, which: Feedback, formula: &str) -> Self {
+        self.feedback.retain(|(known, _)| *known != which);
         self.feedback.push((which, formula.to_owned()));
         self
     }
@@ -155,7 +152,7 @@ impl Law {
         let named = self.lets.iter().chain(&self.rates).map(|formula| &formula.text);
         let observables = self.observables.iter().map(|(_, text)| text);
         let feedback = self.feedback.iter().map(|(_, text)| text);
-        named.chain(&self.length_factor).chain(feedback).chain(observables).map(String::len).sum()
+        named.chain(feedback).chain(observables).map(String::len).sum()
     }
 }
 
@@ -176,8 +173,6 @@ pub enum Which {
     Let(usize),
     /// The k-th of `rates`.
     Rate(usize),
-    /// The length factor.
-    LengthFactor,
     /// The k-th of `feedback`.
     Feedback(usize),
     /// The k-th of `observables`.
@@ -193,17 +188,15 @@ pub struct FormulaKinetics {
     varying: Vec<usize>,
     unused: Vec<String>,
     unused_lets: Vec<String>,
-    rates: Program,
-    rate_partials: Program,
-    factor: Option<OfSpecies>,
-    feedback: Vec<(Feedback, OfSpecies)>,
-    observables: Program,
+    rates: Programs,
+    feedback: Vec<(Feedback, Programs)>,
+    observables: Programs,
     /// Times at which rates switch.
     kinks: Kinks,
 }
 
-/// A function of the species alone, and the same with its partial derivatives.
-type OfSpecies = (Program, Program);
+/// A program of the values of a quantity, and one with their partial derivatives.
+type Programs = (Program, Program);
 
 /// Most species of a law as text: every rate is differentiated by each.
 const MOST_SPECIES: usize = 512;
@@ -237,17 +230,11 @@ impl FormulaKinetics {
                 rates[s] = id;
             }
         }
-        let mut factor = None;
-        if let Some(text) = &law.length_factor {
-            let wrong = |error| LawError { formula: Which::LengthFactor, error };
-            let count = law.species.len();
-            let id = insert_of_species(&mut graph, &names, (text, count), LENGTH_FACTOR);
-            factor = Some(id.map_err(wrong)?);
-        }
         let mut feedback = Vec::new();
+        let grows = law.feedback.iter().any(|(which, _)| *which == Feedback::LengthFactor);
         for (k, (which, text)) in law.feedback.iter().enumerate() {
             let wrong = |error| LawError { formula: Which::Feedback(k), error };
-            if *which == Feedback::FactorAcross && law.length_factor.is_none() {
+            if *which == Feedback::FactorAcross && !grows {
                 let message = "a length factor across a fibre goes with the one along it";
                 let error = FormulaError::new(0..text.len(), message);
                 return Err(wrong(
@@ -264,7 +251,7 @@ impl FormulaKinetics {
             observables.push(insert(&mut graph, &names, text).map_err(wrong)?);
         }
         let read = names.read();
-        let mut kinetics = Self::compile(law, graph, &rates, (factor, &feedback), &observables)?;
+        let mut kinetics = Self::compile(law, graph, &rates, &feedback, &observables)?;
         let all = law.parameters.iter().map(|p| &p.name);
         kinetics.unused = all.filter(|name| !read.contains(*name)).cloned().collect();
         let lets = law.lets.iter().map(|part| &part.name);
@@ -276,7 +263,7 @@ impl FormulaKinetics {
         law: &Law,
         mut graph: Graph,
         rates: &[Id],
-        (factor, feedback): (Option<Id>, &[(Feedback, Id)]),
+        feedback: &[(Feedback, Id)],
         observables: &[Id],
     ) -> Result<Self, LawError> {
         let species = law.species.len();
@@ -285,7 +272,7 @@ impl FormulaKinetics {
         let reading = |nodes: &[Id]| numbers(species, varying.len(), &inputs(&graph, nodes));
         let (signals, of_rates) = reading(rates);
         let (observed, of_observables) = reading(observables);
-        let (_, of_factor) = reading(&[]);
+        let (_, of_feedback) = reading(&[]);
 
         let read: usize = signals.iter().map(|s| s.signal.columns().len()).sum();
         let differentiated = (0..of_rates.len())
@@ -296,24 +283,25 @@ impl FormulaKinetics {
             error: large.at(law.rates.first().map_or("", |rate| &rate.text)),
         };
         let wanted = with_slopes(&mut graph, rates, differentiated).map_err(too_large)?;
-        let mut by_species = |id: Id| with_slopes(&mut graph, &[id], 0..species);
-        let factor = factor.map(&mut by_species).transpose().map_err(too_large)?;
-        let feedback = feedback.iter().map(|(which, id)| Ok((*which, by_species(*id)?)));
+        let by_species =
+            |(which, id): &(_, Id)| Ok((*which, with_slopes(&mut graph, &[*id], 0..species)?));
+        let feedback = feedback.iter().map(by_species);
         let feedback: Vec<_> = feedback.collect::<Result<_, _>>().map_err(too_large)?;
         let kinks = Kinks::of_rates(&mut graph, rates, species);
         graph.complete();
-        let program = |outputs: &[Id], numbers: &Numbers| {
-            let mut program = Program::new(&graph, outputs);
-            program.renumber(numbers);
-            program
+        let programs = |wanted: &[Id], outputs: usize, numbers: &Numbers| {
+            [&wanted[..outputs], wanted]
+                .map(|wanted| {
+                    let mut program = Program::new(&graph, wanted);
+                    program.renumber(numbers);
+                    program
+                })
+                .into()
         };
         let of_species =
-            |wanted: Vec<Id>| (program(&wanted[..1], &of_factor), program(&wanted, &of_factor));
-        let factor = factor.map(of_species);
-        let feedback: Vec<_> =
-            feedback.into_iter().map(|(which, wanted)| (which, of_species(wanted))).collect();
-        let given = feedback.iter().map(|(which, _)| *which);
-        let capabilities = capabilities(factor.is_some(), given);
+            |(which, wanted): (_, Vec<Id>)| (which, programs(&wanted, 1, &of_feedback));
+        let feedback: Vec<_> = feedback.into_iter().map(of_species).collect();
+        let capabilities = capabilities(feedback.iter().map(|(which, _)| *which));
         let descriptor = Descriptor { signals, observed, capabilities, ..described(law) };
         Ok(Self {
             descriptor,
@@ -321,11 +309,9 @@ impl FormulaKinetics {
             varying,
             unused: Vec::new(),
             unused_lets: Vec::new(),
-            rates: program(rates, &of_rates),
-            rate_partials: program(&wanted, &of_rates),
-            factor,
+            rates: programs(&wanted, rates.len(), &of_rates),
             feedback,
-            observables: program(observables, &of_observables),
+            observables: programs(observables, observables.len(), &of_observables),
             kinks,
         })
     }
@@ -333,7 +319,7 @@ impl FormulaKinetics {
     /// Operations a point: of the rates, and of the rates with their partial derivatives.
     #[must_use]
     pub fn operations(&self) -> (usize, usize) {
-        (self.rates.operation_count(), self.rate_partials.operation_count())
+        (self.rates.0.operation_count(), self.rates.1.operation_count())
     }
 
     /// Parameters that neither rates nor length factor nor observables read, directly or by a `let`.
@@ -450,14 +436,9 @@ fn described(law: &Law) -> Descriptor {
 }
 
 /// What a law of formulas gives.
-fn capabilities(has_factor: bool, feedback: impl Iterator<Item = Feedback>) -> Capabilities {
-    let mut capabilities = Capabilities {
-        rate_partials: true,
-        length_factor: has_factor,
-        length_factor_partials: has_factor,
-        parameter_fields: true,
-        ..Capabilities::default()
-    };
+fn capabilities(feedback: impl Iterator<Item = Feedback>) -> Capabilities {
+    let mut capabilities =
+        Capabilities { rate_partials: true, parameter_fields: true, ..Capabilities::default() };
     feedback.for_each(|which| which.give(&mut capabilities));
     capabilities
 }

@@ -14,12 +14,11 @@ use smallvec::SmallVec;
 
 use super::Library;
 use super::call::Call;
-use super::column_counts::{ColumnCounts, check_columns};
 use super::inputs::Inputs;
 use crate::batch::{Batch, Column, UNTOUCHED};
 use crate::descriptor::Descriptor;
 use crate::error::KineticsError;
-use crate::{Feedback, Kinetics, Outcome, Site, differences};
+use crate::{Kinetics, Outcome, Quantity, Site, differences};
 
 /// The law of a loaded plugin with its parameters.
 #[derive(Debug)]
@@ -67,20 +66,6 @@ pub fn take_destroy_error() -> Option<KineticsError> {
     DESTROY_ERROR.lock().unwrap_or_else(PoisonError::into_inner).take()
 }
 
-/// A function of the plugin's table that is called at points.
-#[derive(Clone, Copy)]
-enum Function {
-    Values(abi::Evaluate),
-    Partials(abi::EvaluatePartials),
-}
-
-/// One call as the caller wants it: its name, function and numbers of columns.
-struct Wanted {
-    name: &'static str,
-    function: Function,
-    counts: ColumnCounts,
-}
-
 impl PluginKinetics {
     /// An instance with all its parameters, in the order of the descriptor.
     pub(super) fn new(library: &Arc<Library>, parameters: Vec<f64>) -> Result<Self, KineticsError> {
@@ -108,38 +93,10 @@ impl PluginKinetics {
         &self.library
     }
 
-    fn feedback_functions(&self, which: Feedback) -> (abi::Evaluate, abi::EvaluatePartials) {
-        let all = &self.library.feedback;
-        match which {
-            Feedback::Curvature => (all.curvature, all.curvature_partials),
-            Feedback::FactorAcross => (all.length_factor_across, all.length_factor_across_partials),
-        }
-    }
-
-    /// Checks that all columns are there and long enough, so that pointers to them may be given
-    /// away, and calls the plugin.
-    fn evaluate(
-        &self,
-        wanted: &Wanted,
-        batch: &Batch<'_>,
-        values: &mut [&mut [f64]],
-        partials: &mut [&mut [f64]],
-    ) -> Outcome {
-        check_columns(&self.library.descriptor, wanted.counts, batch, values, partials)?;
-        if batch.parameters.is_empty() {
-            return self.call(wanted, batch, values, partials);
-        }
-        if self.takes_parameter_columns {
-            self.call(wanted, batch, values, partials)
-        } else {
-            self.by_stretches(wanted, batch, values, partials)
-        }
-    }
-
     /// One instance for every stretch of points with the same parameters.
     fn by_stretches(
         &self,
-        wanted: &Wanted,
+        quantity: Quantity,
         batch: &Batch<'_>,
         values: &mut [&mut [f64]],
         partials: &mut [&mut [f64]],
@@ -155,7 +112,7 @@ impl PluginKinetics {
             let mut partials: Vec<_> = partials.iter_mut().map(|c| &mut c[from..to]).collect();
             let outcome = batch.with_part(from, to - from, |part| {
                 let part = Batch { parameters: &[], ..*part };
-                instance.call(wanted, &part, &mut values, &mut partials)
+                instance.call(quantity, &part, &mut values, &mut partials)
             })?;
             warning = warning.or(outcome);
             from = to;
@@ -166,24 +123,24 @@ impl PluginKinetics {
     /// Calls the plugin with columns that were checked; twice, if the call is watched.
     fn call(
         &self,
-        wanted: &Wanted,
+        quantity: Quantity,
         batch: &Batch<'_>,
         values: &mut [&mut [f64]],
         partials: &mut [&mut [f64]],
     ) -> Outcome {
         let calls = self.calls.fetch_add(1, Ordering::Relaxed);
         if calls >= WATCHED && !calls.is_multiple_of(EVERY) {
-            return self.call_once(wanted, batch, values, partials, false);
+            return self.call_once(quantity, batch, values, partials, false);
         }
         let copies = |columns: &[&mut [f64]]| -> Vec<Vec<f64>> {
             columns.iter().map(|column| column[..batch.count].to_vec()).collect()
         };
         let (mut values_again, mut partials_again) = (copies(values), copies(partials));
-        let warning = self.call_once(wanted, batch, values, partials, true)?;
+        let warning = self.call_once(quantity, batch, values, partials, true)?;
         {
             let mut values: Vec<_> = values_again.iter_mut().map(|c| &mut c[..]).collect();
             let mut partials: Vec<_> = partials_again.iter_mut().map(|c| &mut c[..]).collect();
-            self.call_once(wanted, batch, &mut values, &mut partials, true)?;
+            self.call_once(quantity, batch, &mut values, &mut partials, true)?;
         }
         let first = values.iter().chain(partials.iter());
         for (output, (first, second)) in
@@ -192,15 +149,13 @@ impl PluginKinetics {
             let differs = |(a, b): (&f64, &f64)| a.to_bits() != b.to_bits();
             if let Some(point) = first.iter().zip(second).position(differs) {
                 let descriptor = &self.library.descriptor;
-                let species =
-                    descriptor.species.get(output).filter(|_| wanted.counts.values > output);
-                let of_rates = wanted.name.starts_with("rate");
+                let of_rates = quantity == Quantity::Rates && output < values.len();
                 return Err(KineticsError::Unsteady {
                     plugin: descriptor.name.clone(),
-                    call: wanted.name,
-                    quantity: match species.filter(|_| of_rates) {
-                        Some(species) => format!("the rate of species {}", species.name).into(),
-                        None => format!("output {}", output + 1).into(),
+                    call: quantity.call(!partials.is_empty()),
+                    quantity: match of_rates {
+                        true => quantity.describe(descriptor, false, output).into(),
+                        false => format!("output {}", output + 1).into(),
                     },
                     location: batch.location.noun(),
                     point: batch.first + point,
@@ -216,7 +171,7 @@ impl PluginKinetics {
     /// One call, with copies of the inputs or with the caller's own.
     fn call_once(
         &self,
-        wanted: &Wanted,
+        quantity: Quantity,
         batch: &Batch<'_>,
         values: &mut [&mut [f64]],
         partials: &mut [&mut [f64]],
@@ -231,10 +186,11 @@ impl PluginKinetics {
             let raw = |c: &mut &mut [f64]| abi::ColumnMut { data: c.as_mut_ptr(), stride: 1 };
             columns.iter_mut().map(raw).collect()
         };
+        let name = quantity.call(!partials.is_empty());
         let (values, partials) = (raw(values), raw(partials));
         let call = Call {
             plugin: &self.library.descriptor.name,
-            name: wanted.name,
+            name,
             location: batch.location,
             first: batch.first,
         };
@@ -242,19 +198,19 @@ impl PluginKinetics {
             let (batch, values) = (inputs.raw(), values.as_ptr());
             // SAFETY: columns as the descriptor asks for, each long enough, live over the call.
             unsafe {
-                match wanted.function {
-                    Function::Values(Some(function)) => {
+                match self.library.functions(quantity) {
+                    (Some(function), _) if partials.is_empty() => {
                         function(self.instance, &batch, values, report)
                     }
-                    Function::Partials(Some(function)) => {
+                    (_, Some(function)) if !partials.is_empty() => {
                         function(self.instance, &batch, values, partials.as_ptr(), report)
                     }
-                    Function::Values(None) | Function::Partials(None) => abi::Status::FATAL,
+                    _ => abi::Status::FATAL,
                 }
             }
         });
         if watched {
-            inputs.check(&self.library.descriptor, wanted.name, batch)?;
+            inputs.check(&self.library.descriptor, name, batch)?;
         }
         outcome.map_err(|mut error| {
             if let Some(site) = error.site_mut() {
@@ -276,87 +232,28 @@ impl Kinetics for PluginKinetics {
         &self.parameters
     }
 
-    fn rates(&self, batch: &Batch<'_>, rates: &mut [&mut [f64]]) -> Outcome {
-        let wanted = Wanted {
-            name: "rates",
-            function: Function::Values(self.library.rates),
-            counts: ColumnCounts::of_rates(self.descriptor(), false),
-        };
-        self.evaluate(&wanted, batch, rates, &mut [])
-    }
-
-    fn rate_partials(
+    fn evaluate(
         &self,
+        quantity: Quantity,
         batch: &Batch<'_>,
-        rates: &mut [&mut [f64]],
+        values: &mut [&mut [f64]],
         partials: &mut [&mut [f64]],
     ) -> Outcome {
-        if self.library.rate_partials.is_none() {
-            return differences::rate_partials(self, batch, rates, partials);
-        }
-        let wanted = Wanted {
-            name: "rate_partials",
-            function: Function::Partials(self.library.rate_partials),
-            counts: ColumnCounts::of_rates(self.descriptor(), true),
-        };
-        self.evaluate(&wanted, batch, rates, partials)
-    }
-
-    fn length_factor(&self, batch: &Batch<'_>, factor: &mut [f64]) -> Outcome {
-        if self.library.length_factor.is_none() {
-            factor.fill(1.0);
+        let library = &self.library;
+        if !quantity.is_given(&library.descriptor) {
+            quantity.write_neutral(values, partials);
             return Ok(None);
         }
-        let (name, function) = ("length_factor", Function::Values(self.library.length_factor));
-        let wanted =
-            Wanted { name, function, counts: ColumnCounts { signals: 0, values: 1, partials: 0 } };
-        self.evaluate(&wanted, batch, &mut [factor], &mut [])
-    }
-
-    fn length_factor_partials(
-        &self,
-        batch: &Batch<'_>,
-        factor: &mut [f64],
-        partials: &mut [&mut [f64]],
-    ) -> Outcome {
-        if self.library.length_factor_partials.is_none() {
-            return differences::length_factor_partials(self, batch, factor, partials);
+        if !partials.is_empty() && library.functions(quantity).1.is_none() {
+            return differences::partials(self, quantity, batch, values, partials);
         }
-        let function = Function::Partials(self.library.length_factor_partials);
-        let name = "length_factor_partials";
-        let partials_wanted = self.library.descriptor.species.len();
-        let counts = ColumnCounts { signals: 0, values: 1, partials: partials_wanted };
-        let wanted = Wanted { name, function, counts };
-        self.evaluate(&wanted, batch, &mut [factor], partials)
-    }
-
-    fn feedback(&self, which: Feedback, batch: &Batch<'_>, values: &mut [f64]) -> Outcome {
-        if !which.is_given(&self.library.descriptor.capabilities) {
-            values.fill(which.neutral());
-            return Ok(None);
+        // Pointers to the columns are given away.
+        quantity.check_shapes(&library.descriptor, batch, values, partials)?;
+        if batch.parameters.is_empty() || self.takes_parameter_columns {
+            self.call(quantity, batch, values, partials)
+        } else {
+            self.by_stretches(quantity, batch, values, partials)
         }
-        let (function, _) = self.feedback_functions(which);
-        let counts = ColumnCounts { signals: 0, values: 1, partials: 0 };
-        let wanted = Wanted { name: which.name(), function: Function::Values(function), counts };
-        self.evaluate(&wanted, batch, &mut [values], &mut [])
-    }
-
-    fn feedback_partials(
-        &self,
-        which: Feedback,
-        batch: &Batch<'_>,
-        values: &mut [f64],
-        partials: &mut [&mut [f64]],
-    ) -> Outcome {
-        let (_, function) = self.feedback_functions(which);
-        if function.is_none() || !which.is_given(&self.library.descriptor.capabilities) {
-            return differences::feedback_partials(self, which, batch, values, partials);
-        }
-        let species = self.library.descriptor.species.len();
-        let counts = ColumnCounts { signals: 0, values: 1, partials: species };
-        let function = Function::Partials(function);
-        let wanted = Wanted { name: which.partials_name(), function, counts };
-        self.evaluate(&wanted, batch, &mut [values], partials)
     }
 
     fn without_parameter_columns(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
@@ -366,19 +263,5 @@ impl Kinetics for PluginKinetics {
         let mut twin = Self::new(&self.library, self.parameters.clone())?;
         twin.takes_parameter_columns = false;
         Ok(Some(Box::new(twin)))
-    }
-
-    fn observe(&self, batch: &Batch<'_>, values: &mut [&mut [f64]]) -> Outcome {
-        if self.library.observe.is_none() {
-            return Ok(None);
-        }
-        let descriptor = self.descriptor();
-        let (signals, values_wanted) = (descriptor.signal_columns(), descriptor.observables.len());
-        let wanted = Wanted {
-            name: "observe",
-            function: Function::Values(self.library.observe),
-            counts: ColumnCounts { signals, values: values_wanted, partials: 0 },
-        };
-        self.evaluate(&wanted, batch, values, &mut [])
     }
 }

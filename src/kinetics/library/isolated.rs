@@ -30,7 +30,6 @@ use crate::parameters;
 use crate::search::no_file;
 use child::Process;
 pub use law::IsolatedKinetics;
-use reply::About;
 
 /// First argument of a program that is to serve a plugin.
 const SERVE_ARGUMENT: &str = "isolated-plugin";
@@ -83,7 +82,7 @@ pub fn serve_if_asked() {
 #[derive(Debug)]
 pub struct IsolatedLibrary {
     process: Process,
-    about: About,
+    descriptor: Descriptor,
 }
 
 impl IsolatedLibrary {
@@ -103,16 +102,16 @@ impl IsolatedLibrary {
             KineticsError::Isolated(text)
         })?;
         let told = process.exchange_text("loading", 0, &path.to_string_lossy(), None)?;
-        let about: About =
+        let descriptor: Descriptor =
             serde_json::from_str(&told).map_err(|_| process.invalid_answer("loading"))?;
-        process.set_name(&about.descriptor.name);
-        Ok(Arc::new(Self { process, about }))
+        process.set_name(&descriptor.name);
+        Ok(Arc::new(Self { process, descriptor }))
     }
 
     /// What the plugin says about itself.
     #[must_use]
     pub fn descriptor(&self) -> &Descriptor {
-        &self.about.descriptor
+        &self.descriptor
     }
 
     /// The law with these parameters; those not given take their defaults.

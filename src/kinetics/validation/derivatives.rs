@@ -8,10 +8,9 @@
 //! of the trusted slopes of both sides, widened by what they differ in: at a kink any slope between
 //! those of its sides. One that is infinite is right where the slopes grow without bound.
 
-use crate::differences::{self, Range, SCALES, Side};
+use crate::differences::{self, SCALES, Side};
 use crate::field::Columns;
-use crate::site::LENGTH_FACTOR;
-use crate::{Batch, Feedback, Kinetics, KineticsError, Outcome, Site};
+use crate::{Batch, Kinetics, KineticsError, Quantity, Site};
 use rumple_numerics::num::Short;
 
 /// A given derivative further from the slopes than this share of their size is wrong.
@@ -29,20 +28,12 @@ const NOISE: f64 = 1e-7;
 /// Two ways to the same number may differ by this share of the greatest one.
 pub(super) const ROUND_OFF: f64 = 1e-9;
 
-/// What is differentiated.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Output {
-    /// Of this species.
-    Rate(usize),
-    LengthFactor,
-    Feedback(Feedback),
-}
-
 /// A wrong derivative.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Wrong {
-    output: Output,
-    input: usize,
+    quantity: Quantity,
+    /// Its column among the partial derivatives.
+    entry: usize,
     pub(super) point: usize,
     given: f64,
     difference: f64,
@@ -56,19 +47,13 @@ impl Wrong {
         point: usize,
     ) -> String {
         let descriptor = kinetics.descriptor();
-        let name = |input: usize| descriptor.input_names().nth(input).unwrap_or("?").to_owned();
-        let (call, of) = match self.output {
-            Output::Rate(s) => ("rate_partials", format!("the rate of species {}", name(s))),
-            Output::LengthFactor => ("length_factor_partials", LENGTH_FACTOR.to_owned()),
-            Output::Feedback(which) => (which.partials_name(), which.describe().to_owned()),
-        };
+        let call = self.quantity.call(true);
+        let derivative = self.quantity.describe(descriptor, true, self.entry);
         let site = Site { point, ..Site::of(batch, descriptor, &descriptor.signals, self.point) };
         format!(
-            "{} gives {} in {call} for the derivative by {} of {of} at {site}, where differences \
-             give {:.9e}",
+            "{} gives {} in {call} for {derivative} at {site}, where differences give {:.9e}",
             descriptor.title(),
             Short(self.given),
-            name(self.input),
             self.difference
         )
     }
@@ -86,14 +71,14 @@ pub(super) struct Compared {
 }
 
 impl Compared {
-    /// Inspects the derivative of one output by one input at all points; `scale` is the output over
-    /// the input's typical magnitude.
+    /// Inspects one derivative, an entry of a quantity, at all points; `scale` is the output over the input's typical
+    /// magnitude.
     fn look(
         &mut self,
         given: &[f64],
         sides: &[&[[f64; SCALES]]; 2],
         scale: impl Fn(usize) -> f64,
-        (output, input): (Output, usize),
+        (quantity, entry): (Quantity, usize),
     ) {
         for (point, &given) in given.iter().enumerate() {
             let (scale, slopes) = (scale(point), sides.map(|side| Slopes(side[point])));
@@ -112,7 +97,7 @@ impl Compared {
             if self.wrong.is_none() || fault > self.error {
                 let difference = best(slopes, scale);
                 self.error = fault;
-                self.wrong = Some(Wrong { output, input, point, given, difference });
+                self.wrong = Some(Wrong { quantity, entry, point, given, difference });
             }
         }
     }
@@ -183,42 +168,49 @@ fn judge(given: f64, sides: [Slopes; 2], scale: f64) -> Judgement {
     if wrong { Judgement::Wrong(error / size) } else { Judgement::Right }
 }
 
-/// Compares given derivatives, `given` one column an output and input, with slopes of `law`, whose
-/// values are the columns of `values`.
-fn compare(
+/// Compares the derivatives of a quantity with slopes of its values.
+pub(super) fn compare(
+    kinetics: &dyn Kinetics,
+    quantity: Quantity,
     batch: &Batch<'_>,
-    ranges: &[Range],
-    values: &Columns,
-    given: &Columns,
-    name: impl Fn(usize) -> Output,
-    law: impl Fn(&Batch<'_>, &mut [&mut [f64]]) -> Outcome,
 ) -> Result<Compared, KineticsError> {
+    let law = kinetics.descriptor();
+    let (outputs, inputs) = (quantity.outputs(law), quantity.inputs(law));
+    let mut values = Columns::new(outputs, batch.count);
+    let mut given = Columns::new(outputs * inputs, batch.count);
+    kinetics.evaluate(quantity, batch, &mut values.slices_mut(), &mut given.slices_mut())?;
+    if quantity == Quantity::Rates {
+        same_rates(kinetics, batch, &values)?;
+    }
     let mut found = Compared::default();
-    let outputs = values.width();
-    for (input, range) in ranges.iter().enumerate() {
-        let slopes = |side| differences::slopes_beside(batch, outputs, input, (*range, side), &law);
+    let alone = |batch: &Batch<'_>, values: &mut [&mut [f64]]| {
+        kinetics.evaluate(quantity, batch, values, &mut [])
+    };
+    for (input, range) in differences::ranges(kinetics).into_iter().take(inputs).enumerate() {
+        let slopes = |side| differences::slopes_beside(batch, outputs, input, (range, side), alone);
         let sides = [slopes(Side::Down)?, slopes(Side::Up)?];
         for output in 0..outputs {
             let of = output * batch.count..(output + 1) * batch.count;
             let sides = [&sides[0][of.clone()], &sides[1][of]];
             let scale = |point: usize| values.column(output)[point].abs() / range.typical;
-            let column = given.column(output * ranges.len() + input);
-            found.look(column, &sides, scale, (name(output), input));
+            let entry = output * inputs + input;
+            found.look(given.column(entry), &sides, scale, (quantity, entry));
         }
     }
     Ok(found)
 }
 
-/// Compares the derivatives of the rates.
-pub(super) fn rates(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Compared, KineticsError> {
-    let (species, inputs) = (kinetics.descriptor().species.len(), kinetics.descriptor().inputs());
-    let mut alone = Columns::new(species, batch.count);
-    let mut rates = alone.clone();
-    let mut given = Columns::new(species * inputs, batch.count);
-    kinetics.rates(batch, &mut alone.slices_mut())?;
-    kinetics.rate_partials(batch, &mut rates.slices_mut(), &mut given.slices_mut())?;
-    for s in 0..species {
-        let pairs = alone.column(s).iter().zip(rates.column(s));
+/// Refuses rates that are others without derivatives than `with_partials`.
+fn same_rates(
+    kinetics: &dyn Kinetics,
+    batch: &Batch<'_>,
+    with_partials: &Columns,
+) -> Result<(), KineticsError> {
+    let species = &kinetics.descriptor().species;
+    let mut alone = Columns::new(species.len(), batch.count);
+    kinetics.evaluate(Quantity::Rates, batch, &mut alone.slices_mut(), &mut [])?;
+    for (s, species) in species.iter().enumerate() {
+        let pairs = alone.column(s).iter().zip(with_partials.column(s));
         // Of the greatest in the column: where terms cancel, little is left to compare.
         let finite = alone.column(s).iter().filter(|rate| rate.is_finite());
         let most = finite.fold(0.0_f64, |most, rate| most.max(rate.abs()));
@@ -228,53 +220,13 @@ pub(super) fn rates(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Compar
         if let Some(point) = pairs.clone().position(differ) {
             return Err(KineticsError::TwoValues {
                 law: kinetics.descriptor().title(),
-                species: kinetics.descriptor().species[s].name.clone(),
+                species: species.name.clone(),
                 location: batch.location.noun(),
                 point: batch.first + point,
                 alone: alone.column(s)[point],
-                with_partials: rates.column(s)[point],
+                with_partials: with_partials.column(s)[point],
             });
         }
     }
-    let law = |batch: &Batch<'_>, values: &mut [&mut [f64]]| kinetics.rates(batch, values);
-    compare(batch, &differences::ranges(kinetics), &rates, &given, Output::Rate, law)
-}
-
-/// Compares the derivatives of the length factor.
-pub(super) fn length_factor(
-    kinetics: &dyn Kinetics,
-    batch: &Batch<'_>,
-) -> Result<Compared, KineticsError> {
-    let species = kinetics.descriptor().species.len();
-    let mut factor = Columns::new(1, batch.count);
-    let mut given = Columns::new(species, batch.count);
-    let law = |batch: &Batch<'_>, values: &mut [&mut [f64]]| match values {
-        [factor] => kinetics.length_factor(batch, factor),
-        _ => Ok(None),
-    };
-    if let [factor] = &mut factor.slices_mut()[..] {
-        kinetics.length_factor_partials(batch, factor, &mut given.slices_mut())?;
-    }
-    let ranges = differences::ranges(kinetics);
-    compare(batch, &ranges[..species], &factor, &given, |_| Output::LengthFactor, law)
-}
-
-/// Compares the derivatives of a quantity of [`Feedback`].
-pub(super) fn feedback(
-    kinetics: &dyn Kinetics,
-    which: Feedback,
-    batch: &Batch<'_>,
-) -> Result<Compared, KineticsError> {
-    let species = kinetics.descriptor().species.len();
-    let mut found = Columns::new(1, batch.count);
-    let mut given = Columns::new(species, batch.count);
-    let law = |batch: &Batch<'_>, values: &mut [&mut [f64]]| match values {
-        [values] => kinetics.feedback(which, batch, values),
-        _ => Ok(None),
-    };
-    if let [values] = &mut found.slices_mut()[..] {
-        kinetics.feedback_partials(which, batch, values, &mut given.slices_mut())?;
-    }
-    let ranges = differences::ranges(kinetics);
-    compare(batch, &ranges[..species], &found, &given, |_| Output::Feedback(which), law)
+    Ok(())
 }

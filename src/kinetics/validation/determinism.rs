@@ -4,7 +4,7 @@ use std::thread;
 
 use super::rates;
 use crate::field::{Columns, batch_size};
-use crate::{Batch, Kinetics, KineticsError};
+use crate::{Batch, Kinetics, KineticsError, Quantity};
 
 /// How many threads call at once, and how often each.
 const THREADS: usize = 8;
@@ -28,7 +28,9 @@ fn alone(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Columns, Kinetics
         let mut columns = all.slices_mut();
         let mut part: Vec<&mut [f64]> =
             columns.iter_mut().map(|column| &mut column[start..start + count]).collect();
-        batch.with_part(start, count, |b| kinetics.rates(b, &mut part))?;
+        batch.with_part(start, count, |b| {
+            kinetics.evaluate(Quantity::Rates, b, &mut part, &mut [])
+        })?;
     }
     Ok(all)
 }
@@ -41,7 +43,7 @@ pub(super) fn one_by_one(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<(
         let mut columns = single.slices_mut();
         let mut part: Vec<&mut [f64]> =
             columns.iter_mut().map(|column| &mut column[point..=point]).collect();
-        batch.with_part(point, 1, |b| kinetics.rates(b, &mut part))?;
+        batch.with_part(point, 1, |b| kinetics.evaluate(Quantity::Rates, b, &mut part, &mut []))?;
     }
     compare(kinetics, batch, &together, &single, 0, "in a batch, and on its own")
 }
@@ -55,7 +57,7 @@ pub(super) fn threads(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<(), 
         for _ in 0..ROUNDS {
             let mut found = Columns::new(kinetics.descriptor().species.len(), count);
             batch.with_part(start, count, |b| {
-                kinetics.rates(b, &mut found.slices_mut())?;
+                kinetics.evaluate(Quantity::Rates, b, &mut found.slices_mut(), &mut [])?;
                 let how = "called from one thread, and from several at once";
                 compare(kinetics, b, &expected, &found, start, how)
             })?;

@@ -11,12 +11,12 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rumple_numerics::num::real;
 
-use super::Samples;
 use super::sample::DECADES;
 use super::validate::{Check, Verdict};
+use super::{Samples, rates, values};
 use crate::descriptor::Location;
-use crate::field::{self, Columns};
-use crate::{Batch, Column, Descriptor, Kinetics, KineticsError, Signal};
+use crate::field::Columns;
+use crate::{Batch, Column, Descriptor, Feedback, Kinetics, KineticsError, Quantity, Signal};
 
 /// Points on a line.
 const LINE: usize = 1 << 15;
@@ -169,15 +169,15 @@ impl Line<'_> {
         let mut columns: Vec<Column<'_>> = here.iter().map(Column::uniform).collect();
         columns[self.input] = points.into();
         let parameters: Vec<Column<'_>> = parameters.iter().map(Column::uniform).collect();
-        let count = self.kinetics.descriptor().species.len();
+        let law = self.kinetics.descriptor();
+        let count = law.species.len();
         let (species, signals) = columns.split_at(count);
         let (location, first, parameters) = (Location::Vertex, 0, &parameters[..]);
         let batch = Batch { location, first, count: points.len(), species, signals, parameters };
-        let mut rates = Columns::new(count, points.len());
-        field::rates(self.kinetics, &batch, &mut rates.slices_mut())?;
-        if self.input < count && self.kinetics.descriptor().capabilities.length_factor {
-            let still = Batch { signals: &[], ..batch };
-            field::length_factor(self.kinetics, &still, &mut vec![1.0; points.len()])?;
+        let rates = rates(self.kinetics, &batch)?;
+        let factor = Quantity::Feedback(Feedback::LengthFactor);
+        if self.input < count && factor.is_given(law) {
+            values(self.kinetics, factor, &batch.of(factor))?;
         }
         Ok(rates)
     }

@@ -16,7 +16,7 @@ pub use sample::Samples;
 pub use validate::{Finding, Made, Make, Verdict, rates_in_order, validate};
 
 use super::field::{self, Columns};
-use super::{Batch, Feedback, Kinetics, KineticsError};
+use super::{Batch, Kinetics, KineticsError, Quantity};
 
 /// Points at which a trial compares derivatives with differences.
 const TRIAL_POINTS: usize = 64;
@@ -29,7 +29,6 @@ const TRIAL_POINTS: usize = 64;
 /// What the law reports, and [`KineticsError::Unsteady`] if results differ.
 pub fn trial(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Vec<String>, KineticsError> {
     determinism::same_twice(kinetics, batch)?;
-    let given = kinetics.descriptor().capabilities;
     let mut notes = Vec::new();
     if batch.count > 0 {
         let every = batch.count.div_ceil(TRIAL_POINTS);
@@ -60,17 +59,10 @@ pub fn trial(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Vec<String>, 
         if !parameters.is_empty() {
             other::as_instances(kinetics, &part)?;
         }
+        let law = kinetics.descriptor();
         let mut wrong = Vec::new();
-        if given.rate_partials {
-            wrong.extend(derivatives::rates(kinetics, &part)?.wrong);
-        }
-        if given.length_factor_partials {
-            let part = Batch { signals: &[], ..part };
-            wrong.extend(derivatives::length_factor(kinetics, &part)?.wrong);
-        }
-        for which in Feedback::ALL.into_iter().filter(|which| which.is_given(&given)) {
-            let part = Batch { signals: &[], ..part };
-            wrong.extend(derivatives::feedback(kinetics, which, &part)?.wrong);
+        for quantity in Quantity::ALL.into_iter().filter(|quantity| quantity.has_partials(law)) {
+            wrong.extend(derivatives::compare(kinetics, quantity, &part.of(quantity))?.wrong);
         }
         notes.extend(wrong.iter().map(|wrong| {
             let point = batch.first + picked[wrong.point];
@@ -81,9 +73,18 @@ pub fn trial(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Vec<String>, 
     Ok(notes)
 }
 
-/// Rates at all points, by the path that runs take.
+/// A quantity at all points, by the path that runs take.
+fn values(
+    kinetics: &dyn Kinetics,
+    quantity: Quantity,
+    batch: &Batch<'_>,
+) -> Result<Columns, KineticsError> {
+    let mut values = Columns::new(quantity.outputs(kinetics.descriptor()), batch.count);
+    field::evaluate(kinetics, quantity, batch, &mut values.slices_mut(), &mut [])?;
+    Ok(values)
+}
+
+/// The rates at all points.
 fn rates(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Columns, KineticsError> {
-    let mut rates = Columns::new(kinetics.descriptor().species.len(), batch.count);
-    field::rates(kinetics, batch, &mut rates.slices_mut())?;
-    Ok(rates)
+    values(kinetics, Quantity::Rates, batch)
 }

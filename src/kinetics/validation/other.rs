@@ -7,11 +7,9 @@ use rand_chacha::ChaCha8Rng;
 
 use super::derivatives::ROUND_OFF;
 use super::validate::{Check, Make, Verdict};
-use super::{Samples, rates};
+use super::{Samples, rates, values};
 use crate::descriptor::Default;
-use crate::field::{self, Columns};
-use crate::site::LENGTH_FACTOR;
-use crate::{Batch, Column, Descriptor, Kinetics, KineticsError};
+use crate::{Batch, Column, Descriptor, Feedback, Kinetics, KineticsError, Quantity};
 
 /// Sets of parameters besides the defaults.
 const SETS: usize = 8;
@@ -83,15 +81,9 @@ pub(super) fn over_the_sheet(
     if laws.is_empty() {
         return Ok(Verdict::Skipped("the law refuses all sets that were tried".into()));
     }
-    samples.with(true, |batch| {
-        let all = |law: &dyn Kinetics, batch: &Batch<'_>| rates(law, batch);
-        let quantity = |s: usize| format!("the rate of {}", descriptor.species[s].name);
-        compare(kinetics, &laws, batch, descriptor.species.len(), &all, &quantity)
-    })?;
-    if descriptor.capabilities.length_factor {
-        samples.with(false, |batch| {
-            compare(kinetics, &laws, batch, 1, &factors, &|_| LENGTH_FACTOR.to_owned())
-        })?;
+    for quantity in compared(descriptor) {
+        let compare = |batch: &Batch<'_>| compare(kinetics, &laws, batch, quantity);
+        samples.with(quantity == Quantity::Rates, compare)?;
     }
     Ok(Verdict::Good(format!("as instances with {} sets of parameters", laws.len())))
 }
@@ -110,34 +102,30 @@ pub(super) fn as_instances(
     batch: &Batch<'_>,
 ) -> Result<(), KineticsError> {
     let Some(other) = kinetics.without_parameter_columns()? else { return Ok(()) };
-    let d = kinetics.descriptor();
-    let quantity = |s: usize| format!("the rate of {}", d.species[s].name);
-    let (found, expected) = (rates(kinetics, batch)?, rates(other.as_ref(), batch)?);
-    let at = |k: usize, point: usize| (found.column(k)[point], expected.column(k)[point]);
-    differ(kinetics, batch, d.species.len(), &at, &quantity)?;
-    if d.capabilities.length_factor {
-        let still = Batch { signals: &[], ..*batch };
-        let (found, expected) = (factors(kinetics, &still)?, factors(other.as_ref(), &still)?);
+    for quantity in compared(kinetics.descriptor()) {
+        let batch = &batch.of(quantity);
+        let found = values(kinetics, quantity, batch)?;
+        let expected = values(other.as_ref(), quantity, batch)?;
         let at = |k: usize, point: usize| (found.column(k)[point], expected.column(k)[point]);
-        differ(kinetics, &still, 1, &at, &|_| LENGTH_FACTOR.to_owned())?;
+        differ(kinetics, batch, quantity, &at)?;
     }
     Ok(())
 }
 
-fn factors(law: &dyn Kinetics, batch: &Batch<'_>) -> Result<Columns, KineticsError> {
-    let mut factor = Columns::new(1, batch.count);
-    field::length_factor(law, batch, factor.slices_mut()[0]).map(|_| factor)
+/// What is compared: the rates, and the length factor if a law gives it.
+fn compared(law: &Descriptor) -> impl Iterator<Item = Quantity> {
+    let all = [Quantity::Rates, Feedback::LengthFactor.into()];
+    all.into_iter().filter(|quantity| quantity.is_given(law))
 }
 
 /// Refuses numbers, found and expected `at` output and point, that are not the same but for round-off.
 fn differ(
     kinetics: &dyn Kinetics,
     batch: &Batch<'_>,
-    outputs: usize,
+    quantity: Quantity,
     at: &dyn Fn(usize, usize) -> (f64, f64),
-    quantity: &dyn Fn(usize) -> String,
 ) -> Result<(), KineticsError> {
-    for column in 0..outputs {
+    for column in 0..quantity.outputs(kinetics.descriptor()) {
         // Where terms cancel, little is left to compare.
         let most =
             (0..batch.count).fold(0.0_f64, |most, point| most.max(at(column, point).1.abs()));
@@ -146,7 +134,7 @@ fn differ(
             if (found - expected).abs() > ROUND_OFF * most {
                 return Err(KineticsError::Fields {
                     plugin: kinetics.descriptor().name.clone(),
-                    quantity: quantity(column),
+                    quantity: quantity.describe(kinetics.descriptor(), false, column),
                     point,
                     found,
                     expected,
@@ -157,30 +145,28 @@ fn differ(
     Ok(())
 }
 
-type Evaluate<'a> = dyn Fn(&dyn Kinetics, &Batch<'_>) -> Result<Columns, KineticsError> + 'a;
-
 /// Point k with the parameters of law k, in turn: once all in one call, once each by its own law.
 fn compare(
     kinetics: &dyn Kinetics,
     laws: &[Box<dyn Kinetics>],
     batch: &Batch<'_>,
-    outputs: usize,
-    evaluate: &Evaluate<'_>,
-    quantity: &dyn Fn(usize) -> String,
+    quantity: Quantity,
 ) -> Result<(), KineticsError> {
     let of = |point: usize| laws[point % laws.len()].as_ref();
     let columns: Vec<Vec<f64>> = (0..kinetics.descriptor().parameters.len())
         .map(|p| (0..batch.count).map(|point| of(point).parameters()[p]).collect())
         .collect();
     let columns: Vec<Column<'_>> = columns.iter().map(Into::into).collect();
-    let found = evaluate(kinetics, &Batch { parameters: &columns, ..*batch })?;
-    let expected =
-        laws.iter().map(|law| evaluate(law.as_ref(), batch)).collect::<Result<Vec<_>, _>>()?;
+    let found = values(kinetics, quantity, &Batch { parameters: &columns, ..*batch })?;
+    let expected = laws
+        .iter()
+        .map(|law| values(law.as_ref(), quantity, batch))
+        .collect::<Result<Vec<_>, _>>()?;
     let at = |column: usize, point: usize| {
         let expected = expected[point % laws.len()].column(column)[point];
         (found.column(column)[point], expected)
     };
-    differ(kinetics, batch, outputs, &at, quantity)
+    differ(kinetics, batch, quantity, &at)
 }
 
 fn parameters(

@@ -1,65 +1,42 @@
 //! Whether a law writes all of its outputs, and nothing beside them.
 
 use crate::batch::UNTOUCHED;
-use crate::{Batch, Feedback, Kinetics, KineticsError, Outcome};
+use crate::{Batch, Kinetics, KineticsError, Quantity};
 
 /// Numbers around every output that must stay as they are.
 const MARGIN: usize = 64;
 
-/// Calls everything but the observables; the batch is one of the rates.
+/// Evaluates everything but the observables; the batch is one of the rates.
 pub(super) fn check(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<(), KineticsError> {
-    let d = kinetics.descriptor();
-    let (species, inputs) = (d.species.len(), d.inputs());
-    let still = &Batch { signals: &[], ..*batch };
-    look(kinetics, "rates", batch, species, |out| kinetics.rates(batch, out))?;
-    if d.capabilities.rate_partials {
-        look(kinetics, "rate_partials", batch, species * (1 + inputs), |out| {
-            let (values, partials) = out.split_at_mut(species);
-            kinetics.rate_partials(batch, values, partials)
-        })?;
-    }
-    if d.capabilities.length_factor {
-        look(kinetics, "length_factor", still, 1, |out| kinetics.length_factor(still, out[0]))?;
-    }
-    if d.capabilities.length_factor_partials {
-        look(kinetics, "length_factor_partials", still, 1 + species, |out| {
-            let (values, partials) = out.split_at_mut(1);
-            kinetics.length_factor_partials(still, values[0], partials)
-        })?;
-    }
-    for which in Feedback::ALL.into_iter().filter(|which| which.is_given(&d.capabilities)) {
-        let (call, with_partials) = (which.name(), which.partials_name());
-        look(kinetics, call, still, 1, |out| kinetics.feedback(which, still, out[0]))?;
-        look(kinetics, with_partials, still, 1 + species, |out| {
-            let (values, partials) = out.split_at_mut(1);
-            kinetics.feedback_partials(which, still, values[0], partials)
-        })?;
+    let law = kinetics.descriptor();
+    let given = |quantity: &Quantity| quantity.is_given(law) && *quantity != Quantity::Observables;
+    for quantity in Quantity::ALL.into_iter().filter(given) {
+        let batch = &batch.of(quantity);
+        look(kinetics, quantity, batch, false)?;
+        if quantity.has_partials(law) {
+            look(kinetics, quantity, batch, true)?;
+        }
     }
     Ok(())
 }
 
-/// Calls the observables, if there are any; the batch is one of theirs.
-pub(super) fn check_observables(
+/// Evaluates a quantity, with partial derivatives or without.
+pub(super) fn look(
     kinetics: &dyn Kinetics,
+    quantity: Quantity,
     batch: &Batch<'_>,
+    partials: bool,
 ) -> Result<(), KineticsError> {
-    let count = kinetics.descriptor().observables.len();
-    look(kinetics, "observe", batch, count, |out| kinetics.observe(batch, out))
-}
-
-fn look(
-    kinetics: &dyn Kinetics,
-    call: &'static str,
-    batch: &Batch<'_>,
-    columns: usize,
-    evaluate: impl FnOnce(&mut [&mut [f64]]) -> Outcome,
-) -> Result<(), KineticsError> {
+    let (law, call) = (kinetics.descriptor(), quantity.call(partials));
+    let outputs = quantity.outputs(law);
+    let columns = outputs * if partials { 1 + quantity.inputs(law) } else { 1 };
     let length = batch.count + 2 * MARGIN;
     let inside = MARGIN..MARGIN + batch.count;
     let mut room = vec![f64::from_bits(UNTOUCHED); columns * length];
     let mut out: Vec<&mut [f64]> =
         room.chunks_mut(length).map(|column| &mut column[inside.clone()]).collect();
-    evaluate(&mut out)?;
+    let (values, slopes) = out.split_at_mut(outputs);
+    kinetics.evaluate(quantity, batch, values, slopes)?;
     let untouched = |value: &f64| value.to_bits() == UNTOUCHED;
     for (number, column) in room.chunks(length).enumerate() {
         let law = kinetics.descriptor().title();

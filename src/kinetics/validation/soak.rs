@@ -6,7 +6,7 @@ use super::validate::{Check, Verdict};
 use crate::field::Columns;
 use crate::library::is_checked;
 use crate::memory::private_resident_bytes;
-use crate::{Batch, Kinetics, KineticsError};
+use crate::{Batch, Kinetics, KineticsError, Quantity};
 
 /// Calls at one point, each compared with the first; fewer of a law that takes its time.
 const CALLS: usize = 10_000;
@@ -20,7 +20,9 @@ pub(super) fn check(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Check {
     let species = kinetics.descriptor().species.len();
     let rates = || -> Result<Columns, KineticsError> {
         let mut rates = Columns::new(species, 1);
-        batch.with_part(0, 1, |b| kinetics.rates(b, &mut rates.slices_mut()))?;
+        batch.with_part(0, 1, |b| {
+            kinetics.evaluate(Quantity::Rates, b, &mut rates.slices_mut(), &mut [])
+        })?;
         Ok(rates)
     };
     let first = rates()?;

@@ -2,9 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use super::{Samples, derivatives, determinism, edge_cases, other, output_coverage, rates, soak};
-use crate::field::{self, Columns};
-use crate::{Batch, Feedback, Kinetics, KineticsError, Site};
+use super::{
+    Samples, derivatives, determinism, edge_cases, other, output_coverage, rates, soak, values,
+};
+use crate::field::Columns;
+use crate::{Feedback, Kinetics, KineticsError, Quantity, Site};
 
 /// Sampled points.
 const POINTS: usize = 4096;
@@ -58,10 +60,11 @@ pub fn validate(
     };
     let Checks { samples, few, .. } = &checks;
     run("finite rates", &|| checks.rates());
-    run("finite, positive length factor", &|| checks.length_factor());
     let given = kinetics.descriptor().capabilities;
-    for which in Feedback::ALL.into_iter().filter(|which| which.is_given(&given)) {
+    let named = |which: &Feedback| *which == Feedback::LengthFactor || which.is_given(&given);
+    for which in Feedback::ALL.into_iter().filter(named) {
         let check = match which {
+            Feedback::LengthFactor => "finite, positive length factor",
             Feedback::Curvature => "finite spontaneous curvature",
             Feedback::FactorAcross => "finite, positive length factor across",
         };
@@ -117,20 +120,11 @@ impl<'a> Checks<'a> {
         good(at_all())
     }
 
-    fn length_factor(&self) -> Check {
-        if !self.kinetics.descriptor().capabilities.length_factor {
+    fn feedback(&self, which: Feedback) -> Check {
+        if !which.is_given(&self.kinetics.descriptor().capabilities) {
             return skipped("none is given");
         }
-        let mut factor = vec![1.0; POINTS];
-        self.samples
-            .with(false, |batch| field::length_factor(self.kinetics, batch, &mut factor))?;
-        good(at_all())
-    }
-
-    fn feedback(&self, which: Feedback) -> Check {
-        let mut values = vec![0.0; POINTS];
-        self.samples
-            .with(false, |batch| field::feedback(self.kinetics, which, batch, &mut values))?;
+        self.samples.with(false, |batch| values(self.kinetics, which.into(), batch))?;
         good(at_all())
     }
 
@@ -141,20 +135,19 @@ impl<'a> Checks<'a> {
     }
 
     fn observables(&self) -> Check {
-        let count = self.kinetics.descriptor().observables.len();
-        if count == 0 {
+        if !Quantity::Observables.is_given(self.kinetics.descriptor()) {
             return skipped("there are none");
         }
-        let mut values = Columns::new(count, POINTS);
         self.observing(POINTS)
-            .with(true, |batch| field::observe(self.kinetics, batch, &mut values.slices_mut()))?;
+            .with(true, |batch| values(self.kinetics, Quantity::Observables, batch))?;
         good(at_all())
     }
 
     fn coverage(&self) -> Check {
         self.few.with(true, |batch| output_coverage::check(self.kinetics, batch))?;
-        self.observing(SINGLE)
-            .with(true, |batch| output_coverage::check_observables(self.kinetics, batch))?;
+        self.observing(SINGLE).with(true, |batch| {
+            output_coverage::look(self.kinetics, Quantity::Observables, batch, false)
+        })?;
         good(format!("{SINGLE} points, inputs unchanged"))
     }
 }
@@ -181,7 +174,9 @@ pub fn rates_in_order(
         for turn in 0..SINGLE {
             let point = if backwards { SINGLE - 1 - turn } else { turn };
             let mut rates = Columns::new(species, 1);
-            batch.with_part(point, 1, |b| kinetics.rates(b, &mut rates.slices_mut()))?;
+            batch.with_part(point, 1, |b| {
+                kinetics.evaluate(Quantity::Rates, b, &mut rates.slices_mut(), &mut [])
+            })?;
             for s in 0..species {
                 all[point * species + s] = rates.column(s)[0].to_bits();
             }
@@ -191,24 +186,14 @@ pub fn rates_in_order(
 }
 
 fn wrong_derivatives(kinetics: &dyn Kinetics, samples: &Samples) -> Check {
-    let given = kinetics.descriptor().capabilities;
+    let law = kinetics.descriptor();
     let (mut what, mut unbounded) = (Vec::new(), String::new());
-    let parts: [(bool, &str, Compare); 4] = [
-        (given.rate_partials, "rates", derivatives::rates),
-        (given.length_factor_partials, "length factor", derivatives::length_factor),
-        (given.curvature, "spontaneous curvature", |kinetics, batch| {
-            derivatives::feedback(kinetics, Feedback::Curvature, batch)
-        }),
-        (given.length_factor_across, "length factor across", |kinetics, batch| {
-            derivatives::feedback(kinetics, Feedback::FactorAcross, batch)
-        }),
-    ];
-    for (number, (_, name, compare)) in parts.iter().enumerate().filter(|(_, part)| part.0) {
-        let outcome = samples.with(number == 0, |batch| {
-            let found = compare(kinetics, batch)?;
+    for quantity in Quantity::ALL.into_iter().filter(|quantity| quantity.has_partials(law)) {
+        let outcome = samples.with(quantity == Quantity::Rates, |batch| {
+            let found = derivatives::compare(kinetics, quantity, batch)?;
             let wrong = found.wrong.map(|w| w.describe(kinetics, batch, w.point));
-            let read = if number == 0 { &kinetics.descriptor().signals[..] } else { &[] };
-            let place = |point| Site::of(batch, kinetics.descriptor(), read, point).to_string();
+            let signals = quantity.signals(law);
+            let place = |point| Site::of(batch, law, signals, point).to_string();
             Ok::<_, KineticsError>((wrong, found.unbounded.map(place)))
         })?;
         match outcome {
@@ -221,13 +206,13 @@ fn wrong_derivatives(kinetics: &dyn Kinetics, samples: &Samples) -> Check {
             }
             (None, None) => {}
         }
-        what.push(*name);
+        what.push(match quantity {
+            Quantity::Feedback(which) => which.describe().trim_start_matches("the "),
+            Quantity::Rates | Quantity::Observables => "rates",
+        });
     }
     Ok(match what.as_slice() {
         [] => Verdict::Skipped("none are given: the engine takes differences".into()),
         what => Verdict::Good(format!("{} against differences{unbounded}", what.join(" and "))),
     })
 }
-
-/// A comparison of given derivatives with differences.
-type Compare = fn(&dyn Kinetics, &Batch<'_>) -> Result<derivatives::Compared, KineticsError>;

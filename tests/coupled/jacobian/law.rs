@@ -1,8 +1,8 @@
 //! A law with everything that a law may have.
 
 use rumple::kinetics::{
-    Batch, Capabilities, Descriptor, Feedback, Kinetics, Location, Outcome, Signal, SignalRead,
-    Species,
+    Batch, Capabilities, Descriptor, Feedback, Kinetics, Location, Outcome, Quantity, Signal,
+    SignalRead, Species,
 };
 
 /// Two species whose rates depend on each other and on all signals, and that change lengths.
@@ -67,83 +67,48 @@ impl Kinetics for Everything {
         &[]
     }
 
-    fn rates(&self, batch: &Batch<'_>, rates: &mut [&mut [f64]]) -> Outcome {
-        for (s, rate) in rates.iter_mut().enumerate() {
-            for (point, rate) in rate.iter_mut().enumerate() {
-                *rate =
-                    batch.inputs().enumerate().map(|(k, x)| Self::term(s, k, x.at(point)).0).sum();
-            }
-        }
-        Ok(None)
-    }
-
-    fn rate_partials(
+    fn evaluate(
         &self,
+        quantity: Quantity,
         batch: &Batch<'_>,
-        rates: &mut [&mut [f64]],
+        values: &mut [&mut [f64]],
         partials: &mut [&mut [f64]],
     ) -> Outcome {
-        let inputs = self.0.inputs();
-        for (entry, partial) in partials.iter_mut().enumerate() {
-            let (s, k) = (entry / inputs, entry % inputs);
-            let column = batch.inputs().nth(k).unwrap();
-            for (point, partial) in partial.iter_mut().enumerate() {
-                *partial = Self::term(s, k, column.at(point)).1;
+        let inputs = quantity.inputs(&self.0);
+        for point in 0..batch.count {
+            let x: Vec<f64> = batch.inputs().map(|x| x.at(point)).collect();
+            for (s, value) in values.iter_mut().enumerate() {
+                value[point] = match quantity {
+                    Quantity::Feedback(which) => feedback(which, x[0], x[1]).0,
+                    _ => x.iter().enumerate().map(|(k, x)| Self::term(s, k, *x).0).sum(),
+                };
             }
-        }
-        self.rates(batch, rates)
-    }
-
-    fn length_factor(&self, batch: &Batch<'_>, factor: &mut [f64]) -> Outcome {
-        for (point, factor) in factor.iter_mut().enumerate() {
-            let [a, b] = [0, 1].map(|s| batch.species[s].at(point));
-            *factor = 1.0 + 0.1 * (a + 2.0 * b).sin();
-        }
-        Ok(None)
-    }
-
-    fn length_factor_partials(
-        &self,
-        batch: &Batch<'_>,
-        factor: &mut [f64],
-        partials: &mut [&mut [f64]],
-    ) -> Outcome {
-        for (s, partial) in partials.iter_mut().enumerate() {
-            for (point, partial) in partial.iter_mut().enumerate() {
-                let [a, b] = [0, 1].map(|s| batch.species[s].at(point));
-                *partial = 0.1 * (a + 2.0 * b).cos() * [1.0, 2.0][s];
-            }
-        }
-        self.length_factor(batch, factor)
-    }
-
-    fn feedback(&self, which: Feedback, batch: &Batch<'_>, values: &mut [f64]) -> Outcome {
-        for (point, value) in values.iter_mut().enumerate() {
-            let [a, b] = [0, 1].map(|s| batch.species[s].at(point));
-            *value = match which {
-                Feedback::Curvature => 0.8 * (2.0 * a - b).sin(),
-                Feedback::FactorAcross => 1.0 + 0.1 * (a * b).cos(),
-            };
-        }
-        Ok(None)
-    }
-
-    fn feedback_partials(
-        &self,
-        which: Feedback,
-        batch: &Batch<'_>,
-        values: &mut [f64],
-        partials: &mut [&mut [f64]],
-    ) -> Outcome {
-        for (s, partial) in partials.iter_mut().enumerate() {
-            for (point, partial) in partial.iter_mut().enumerate() {
-                let [a, b] = [0, 1].map(|s| batch.species[s].at(point));
-                *partial = match which {
-                    Feedback::Curvature => 0.8 * (2.0 * a - b).cos() * [2.0, -1.0][s],
-                    Feedback::FactorAcross => -0.1 * (a * b).sin() * [b, a][s],
+            for (entry, partial) in partials.iter_mut().enumerate() {
+                let (s, k) = (entry / inputs, entry % inputs);
+                partial[point] = match quantity {
+                    Quantity::Feedback(which) => feedback(which, x[0], x[1]).1[k],
+                    _ => Self::term(s, k, x[k]).1,
                 };
             }
         }
-        self.feedback(which, batch, values)
+        Ok(None)
+    }
+}
+
+/// A quantity of two species, with its derivatives.
+fn feedback(which: Feedback, a: f64, b: f64) -> (f64, [f64; 2]) {
+    match which {
+        Feedback::LengthFactor => {
+            let slope = 0.1 * (a + 2.0 * b).cos();
+            (1.0 + 0.1 * (a + 2.0 * b).sin(), [slope, slope * 2.0])
+        }
+        Feedback::Curvature => {
+            let slope = 0.8 * (2.0 * a - b).cos();
+            (0.8 * (2.0 * a - b).sin(), [slope * 2.0, -slope])
+        }
+        Feedback::FactorAcross => {
+            let slope = -0.1 * (a * b).sin();
+            (1.0 + 0.1 * (a * b).cos(), [slope * b, slope * a])
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use rumple::Vec3;
 use rumple::kinetics::formula::{FieldFormula, Formula, FormulaKinetics, Law};
-use rumple::kinetics::{Location, Observable, Species};
+use rumple::kinetics::{Feedback, Location, Observable, Species};
 
 use super::{Reader, bound};
 
@@ -64,7 +64,6 @@ fn law(bytes: &[u8]) -> bool {
         values: Vec::new(),
         lets: Vec::new(),
         rates: Vec::new(),
-        length_factor: None,
         feedback: Vec::new(),
         observables: Vec::new(),
     };
@@ -78,7 +77,7 @@ fn law(bytes: &[u8]) -> bool {
                 let about = Observable { name, unit: String::new(), doc: String::new() };
                 law.observables.push((about, formula));
             }
-            "factor" => law.length_factor = Some(rest.to_owned()),
+            "factor" => law.feedback.push((Feedback::LengthFactor, rest.to_owned())),
             _ => {
                 law.species.push(species(&name));
                 law.rates.push(Formula { name, text: formula });

@@ -1,9 +1,7 @@
-//! What species do to the sheet besides the length factor: spontaneous curvature at the vertices, a factor across fibres at
-//! the edges.
+//! What species do to the sheet: spontaneous curvature at the vertices, length factors at the edges.
 
 use super::{Chemistry, Surface};
-use crate::kinetics::{Feedback, KineticsError, Location, field};
-use crate::model::counters::law;
+use crate::kinetics::{Feedback, KineticsError, Location};
 use crate::sheet::Sheet;
 
 /// Values at points, and their derivatives, one column a species.
@@ -56,9 +54,8 @@ impl Chemistry {
             return Ok(None);
         }
         let mut values = vec![which.neutral(); species.first().map_or(0, Vec::len)];
-        let outcome = self.call(law::FACTOR, location, species, &[], |kinetics, batch| {
-            field::feedback(kinetics, which, batch, &mut values)
-        });
+        let (quantity, inputs) = (which.into(), (species, &[][..]));
+        let outcome = self.evaluate(quantity, location, inputs, &mut [&mut values], &mut []);
         self.flagged.note(location, outcome)?;
         Ok(Some(values))
     }
@@ -77,9 +74,8 @@ impl Chemistry {
         let mut values = vec![which.neutral(); count];
         let mut slopes = vec![vec![0.0; count]; species.len()];
         let mut out: Vec<&mut [f64]> = slopes.iter_mut().map(Vec::as_mut_slice).collect();
-        let outcome = self.call(law::SLOPES, location, species, &[], |kinetics, batch| {
-            field::feedback_partials(kinetics, which, batch, &mut values, &mut out)
-        });
+        let (quantity, inputs) = (which.into(), (species, &[][..]));
+        let outcome = self.evaluate(quantity, location, inputs, &mut [&mut values], &mut out);
         self.flagged.note(location, outcome)?;
         Ok(Some((values, slopes)))
     }

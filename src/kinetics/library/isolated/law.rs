@@ -6,11 +6,11 @@ use std::sync::atomic::Ordering;
 use super::IsolatedLibrary;
 use super::child::Asked;
 use super::columns::Columns;
+use super::memory::Lane;
 use super::reply::{CallProblem, CreateRequest};
-use crate::descriptor::{Capabilities, Descriptor};
-use crate::library::column_counts::{ColumnCounts, check_columns};
+use crate::descriptor::Descriptor;
 use crate::library::instance::keep_destroy_error;
-use crate::{Batch, Feedback, Kinetics, KineticsError, Outcome};
+use crate::{Batch, Kinetics, KineticsError, Outcome, Quantity};
 
 /// The law of a plugin in a process of its own.
 #[derive(Debug)]
@@ -48,20 +48,47 @@ impl IsolatedKinetics {
         Ok(Self { library: Arc::clone(library), takes_parameter_columns, parameters, number })
     }
 
-    fn capabilities(&self) -> Capabilities {
-        self.descriptor().capabilities
+    /// How the child's call ended, from the text behind the columns, if there is one.
+    fn outcome(
+        &self,
+        lane: &mut Lane,
+        columns_end: usize,
+        (call, batch): (&'static str, &Batch<'_>),
+    ) -> Outcome {
+        if lane.head().text.load(Ordering::Relaxed) == 0 {
+            return Ok(None);
+        }
+        let process = &self.library.process;
+        let text = lane.read_behind(columns_end).map_err(|error| process.no_room(&error))?;
+        let problem: CallProblem =
+            serde_json::from_str(&text).map_err(|_| process.invalid_answer(call))?;
+        problem.outcome(self.descriptor(), Some(batch))
+    }
+}
+
+impl Kinetics for IsolatedKinetics {
+    fn descriptor(&self) -> &Descriptor {
+        self.library.descriptor()
+    }
+
+    fn parameters(&self) -> &[f64] {
+        &self.parameters
     }
 
     /// Copies the inputs to the child, has it call the law, and copies the outputs back.
     fn evaluate(
         &self,
-        call: &'static str,
-        counts: ColumnCounts,
+        quantity: Quantity,
         batch: &Batch<'_>,
         values: &mut [&mut [f64]],
         partials: &mut [&mut [f64]],
     ) -> Outcome {
-        check_columns(self.descriptor(), counts, batch, values, partials)?;
+        if !quantity.is_given(self.descriptor()) {
+            quantity.write_neutral(values, partials);
+            return Ok(None);
+        }
+        quantity.check_shapes(self.descriptor(), batch, values, partials)?;
+        let call = quantity.call(!partials.is_empty());
         let parts = [
             batch.species.len(),
             batch.signals.len(),
@@ -96,15 +123,7 @@ impl IsolatedKinetics {
         let (location, first, count) = (batch.location, batch.first, batch.count);
         let asked = Asked { call, location, first, count, law: self.number };
         self.library.process.ask(&lane, &asked)?;
-        let mut warning = None;
-        if lane.head().text.load(Ordering::Relaxed) > 0 {
-            let text = lane
-                .read_behind(columns.bytes)
-                .map_err(|error| self.library.process.no_room(&error))?;
-            let told: CallProblem = serde_json::from_str(&text)
-                .map_err(|_| self.library.process.invalid_answer(call))?;
-            warning = told.outcome(self.descriptor(), Some(batch))?;
-        }
+        let warning = self.outcome(&mut lane, columns.bytes, (call, batch))?;
         let out = values.iter_mut().map(|c| &mut **c).chain(partials.iter_mut().map(|c| &mut **c));
         for (out, place) in out.zip(&columns.outputs) {
             // SAFETY: as above; the child has answered.
@@ -113,95 +132,11 @@ impl IsolatedKinetics {
         Ok(warning)
     }
 
-    fn species_count(&self) -> usize {
-        self.descriptor().species.len()
-    }
-}
-
-impl Kinetics for IsolatedKinetics {
-    fn descriptor(&self) -> &Descriptor {
-        self.library.descriptor()
-    }
-
-    fn parameters(&self) -> &[f64] {
-        &self.parameters
-    }
-
-    fn rates(&self, batch: &Batch<'_>, rates: &mut [&mut [f64]]) -> Outcome {
-        let counts = ColumnCounts::of_rates(self.descriptor(), false);
-        self.evaluate("rates", counts, batch, rates, &mut [])
-    }
-
-    fn rate_partials(
-        &self,
-        batch: &Batch<'_>,
-        rates: &mut [&mut [f64]],
-        partials: &mut [&mut [f64]],
-    ) -> Outcome {
-        let counts = ColumnCounts::of_rates(self.descriptor(), true);
-        self.evaluate("rate_partials", counts, batch, rates, partials)
-    }
-
-    fn length_factor(&self, batch: &Batch<'_>, factor: &mut [f64]) -> Outcome {
-        if !self.capabilities().length_factor {
-            factor.fill(1.0);
-            return Ok(None);
-        }
-        let counts = ColumnCounts { signals: 0, values: 1, partials: 0 };
-        self.evaluate("length_factor", counts, batch, &mut [factor], &mut [])
-    }
-
-    fn length_factor_partials(
-        &self,
-        batch: &Batch<'_>,
-        factor: &mut [f64],
-        partials: &mut [&mut [f64]],
-    ) -> Outcome {
-        if !self.capabilities().length_factor {
-            return crate::differences::length_factor_partials(self, batch, factor, partials);
-        }
-        let counts = ColumnCounts { signals: 0, values: 1, partials: self.species_count() };
-        self.evaluate("length_factor_partials", counts, batch, &mut [factor], partials)
-    }
-
-    fn feedback(&self, which: Feedback, batch: &Batch<'_>, values: &mut [f64]) -> Outcome {
-        if !which.is_given(&self.capabilities()) {
-            values.fill(which.neutral());
-            return Ok(None);
-        }
-        let counts = ColumnCounts { signals: 0, values: 1, partials: 0 };
-        self.evaluate(which.name(), counts, batch, &mut [values], &mut [])
-    }
-
-    fn feedback_partials(
-        &self,
-        which: Feedback,
-        batch: &Batch<'_>,
-        values: &mut [f64],
-        partials: &mut [&mut [f64]],
-    ) -> Outcome {
-        if !which.is_given(&self.capabilities()) {
-            return crate::differences::feedback_partials(self, which, batch, values, partials);
-        }
-        let counts = ColumnCounts { signals: 0, values: 1, partials: self.species_count() };
-        self.evaluate(which.partials_name(), counts, batch, &mut [values], partials)
-    }
-
     fn without_parameter_columns(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
         if !self.takes_parameter_columns {
             return Ok(None);
         }
         let twin = Self::new(&self.library, self.parameters.clone(), false)?;
         Ok(Some(Box::new(twin)))
-    }
-
-    fn observe(&self, batch: &Batch<'_>, values: &mut [&mut [f64]]) -> Outcome {
-        if !self.library.about.observes {
-            return Ok(None);
-        }
-        let signals = self.descriptor().signal_columns();
-        let counts =
-            ColumnCounts { signals, values: self.descriptor().observables.len(), partials: 0 };
-        self.evaluate("observe", counts, batch, values, &mut [])
     }
 }

@@ -1,4 +1,4 @@
-//! Messages between parent and child as text: the request for a law, the description of a library, problems of calls.
+//! Messages between parent and child as text: the request for a law, problems of calls.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,13 +13,6 @@ pub(super) struct CreateRequest {
     pub(super) parameters: Vec<u64>,
     /// Whether parameters that differ from point to point are handed over as columns.
     pub(super) takes_parameter_columns: bool,
-}
-
-/// What a library says about itself.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct About {
-    pub(super) descriptor: Descriptor,
-    pub(super) observes: bool,
 }
 
 /// What was wrong with a call: an error, or a warning about its results.

@@ -14,9 +14,9 @@ use super::super::{Library, PluginKinetics, take_destroy_error};
 use super::columns::Columns;
 use super::grown::Grown;
 use super::memory::{ANSWERED, ASKED, CALLS, Head, LOCATIONS, Lane, Memory};
-use super::reply::{About, CallProblem, CreateRequest};
+use super::reply::{CallProblem, CreateRequest};
 use crate::batch::{Batch, Column, UNTOUCHED};
-use crate::{Feedback, Kinetics, KineticsError, Location, Outcome};
+use crate::{Kinetics, KineticsError, Location, Outcome, Quantity};
 
 /// Bytes of stack of a thread: what the main one has elsewhere.
 const STACK: usize = 8 << 20;
@@ -152,10 +152,9 @@ impl ServerState {
 
     fn load(&self, path: &str) -> Result<String, KineticsError> {
         let library = Library::load(Path::new(path))?;
-        let about =
-            About { descriptor: library.descriptor().clone(), observes: library.observe.is_some() };
+        let descriptor = serde_json::to_string(library.descriptor());
         let _ = self.library.set(library);
-        serde_json::to_string(&about).map_err(|e| KineticsError::Isolated(e.to_string()))
+        descriptor.map_err(|e| KineticsError::Isolated(e.to_string()))
     }
 
     fn create(&self, text: &str) -> Result<String, KineticsError> {
@@ -226,9 +225,9 @@ impl ServerState {
             signals: &all[species..species + signals],
             parameters: &all[species + signals..],
         };
+        let quantity = Quantity::of_call(call, partials > 0).ok_or_else(invalid_request)?;
         let (out_values, out_partials) = out.split_at_mut(values);
-        let outcome = dispatch(&*law, call, &batch, out_values, out_partials);
-        let outcome = outcome.ok_or_else(invalid_request)?;
+        let outcome = law.evaluate(quantity, &batch, out_values, out_partials);
         for k in 0..columns.outputs.len() {
             // SAFETY: as above; no other reference to these exists.
             let guard = unsafe { lane.values(columns.guard(k)) };
@@ -277,33 +276,4 @@ impl Request {
             columns,
         })
     }
-}
-
-/// Makes the call of this name; none if the outputs are not those of one.
-fn dispatch(
-    law: &dyn Kinetics,
-    call: &str,
-    batch: &Batch<'_>,
-    values: &mut [&mut [f64]],
-    partials: &mut [&mut [f64]],
-) -> Option<Outcome> {
-    let feedback = |name: fn(Feedback) -> &'static str| {
-        Feedback::ALL.into_iter().find(|which| name(*which) == call)
-    };
-    if let [out] = values {
-        if let Some(which) = feedback(Feedback::name) {
-            return Some(law.feedback(which, batch, out));
-        }
-        if let Some(which) = feedback(Feedback::partials_name) {
-            return Some(law.feedback_partials(which, batch, out, partials));
-        }
-    }
-    Some(match (call, values) {
-        ("rates", rates) => law.rates(batch, rates),
-        ("rate_partials", rates) => law.rate_partials(batch, rates, partials),
-        ("length_factor", [factor]) => law.length_factor(batch, factor),
-        ("length_factor_partials", [factor]) => law.length_factor_partials(batch, factor, partials),
-        ("observe", values) => law.observe(batch, values),
-        _ => return None,
-    })
 }
