@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::checkpoint::{Checkpoint, Checkpoints, ResultsSoFar};
-use super::forecast::{Clock, Prediction};
+use super::forecast::{Clock, RunForecast};
 use super::incidents::Incidents;
 use super::invariants::Invariants;
 use super::observe::{Frames, LedgerRows, Observer, StepInfo, StopRules};
@@ -108,7 +108,7 @@ pub(super) struct Recorder<'a> {
     schedule: OutputSchedule,
     checkpoints: Checkpoints,
     /// A forecast begins with the start of a run: there is none of a resumed one.
-    prediction: Prediction,
+    forecast: RunForecast,
     resumed: bool,
     warnings: Warnings,
     summary: Summary,
@@ -132,7 +132,7 @@ impl<'a> Recorder<'a> {
         let results = from.map(|from| &from.results);
         let start = results.map_or(simulation.spent(), |results| results.start);
         let checkpoints = Checkpoints::of(scene, simulation, directory)?;
-        let prediction = Prediction::new(scene, clock.clock);
+        let forecast = RunForecast::new(scene, clock.clock);
         directory.claim().tell(|reached| reached.start = start);
         let mut schedule = OutputSchedule::of(scene);
         if let Some(results) = results {
@@ -148,7 +148,7 @@ impl<'a> Recorder<'a> {
             clock,
             schedule,
             checkpoints,
-            prediction,
+            forecast,
             resumed: from.is_some(),
             warnings: Warnings::default(),
             summary: Summary::at_start(start),
@@ -295,9 +295,9 @@ impl<'a> Recorder<'a> {
         }
         self.summary.spent = simulation.spent();
         if !self.resumed {
-            self.prediction.step(latest, time, cut);
+            self.forecast.step(latest, time, cut);
         }
-        if let Some((predicted, words)) = self.prediction.announced() {
+        if let Some((predicted, words)) = self.forecast.announced() {
             self.session.directory.claim().tell(|reached| reached.predicted = Some(predicted));
             self.session.progress.message(&words);
         }
@@ -306,7 +306,7 @@ impl<'a> Recorder<'a> {
             step: simulation.stepper.state.step,
             dt: latest.length,
             residual: latest.relaxation.residual,
-            left: self.prediction.left().unwrap_or_default(),
+            left: self.forecast.left().unwrap_or_default(),
             note: format!("{} iterations", latest.relaxation.iterations),
         });
         Ok(())
@@ -326,7 +326,7 @@ impl<'a> Recorder<'a> {
     pub(super) fn finish(mut self, simulation: &Simulation, ending: Ending) -> Summary {
         self.summary.ending = ending;
         self.summary.frames = self.outputs.frame_count();
-        self.summary.predicted = self.prediction.judged();
+        self.summary.predicted = self.forecast.judged();
         let predicted = self.summary.predicted;
         self.session.directory.claim().tell(|reached| reached.predicted = predicted);
         self.summary.invariants =

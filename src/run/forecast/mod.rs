@@ -21,7 +21,7 @@ mod step_sizes;
 pub mod words;
 
 pub use preview::{Preview, preview};
-pub(super) use run_forecast::{Clock, Prediction};
+pub(super) use run_forecast::{Clock, RunForecast};
 
 use std::collections::VecDeque;
 

@@ -45,14 +45,19 @@ pub(in crate::run) struct RunForecast {
     before: f64,
     steps: u64,
     time: f64,
+    /// The first prediction, which is announced and judged at the end.
+    first: Option<Predicted>,
 }
+
+/// A run announces nothing before so many seconds: one that is over by then needs no prediction.
+const LEAST_SECONDS: f64 = 1.0;
 
 impl RunForecast {
     /// Of a run whose start is relaxed, which began with `clock`.
     pub(in crate::run) fn new(scene: &Scene, clock: Clock) -> Self {
         let (rule, way, before) = (scene.time.integrator.rule(), Way::of(scene), clock.processor());
         let forecast = Forecast::new(rule, way, before);
-        Self { rule, way, clock, forecast, before, steps: 0, time: 0.0 }
+        Self { rule, way, clock, forecast, before, steps: 0, time: 0.0, first: None }
     }
 
     /// Records a step to `time`, where the run wanted one to end if it is `cut`.
@@ -71,7 +76,7 @@ impl RunForecast {
     }
 
     /// What there is to predict, if that is known: the whole run.
-    pub(in crate::run) fn predicted(&self) -> Option<Predicted> {
+    pub(super) fn predicted(&self) -> Option<Predicted> {
         let whole = self.forecast.whole()?;
         let Range { likely, least, most } = self.in_wall_time(whole);
         Some(Predicted {
@@ -89,7 +94,7 @@ impl RunForecast {
     }
 
     /// The same in words, and what other tolerances would cost.
-    pub(in crate::run) fn words(&self) -> Option<String> {
+    pub(super) fn words(&self) -> Option<String> {
         let whole = self.in_wall_time(self.forecast.whole()?);
         let (here, what) = match self.rule {
             StepRule::Fixed(step) => (format!("in steps of {}", Short(step)), "step"),
@@ -113,6 +118,22 @@ impl RunForecast {
         matters.then(|| format!("{}{} left", self.at_most(), words::shortly(left)))
     }
 
+    /// The first prediction with its words, once, as soon as there is one.
+    pub(in crate::run) fn announced(&mut self) -> Option<(Predicted, String)> {
+        if self.first.is_some() || self.clock.wall() < LEAST_SECONDS {
+            return None;
+        }
+        let predicted = self.predicted()?;
+        self.first = Some(predicted);
+        Some((predicted, self.words()?))
+    }
+
+    /// The first prediction and what was true, at the end.
+    pub(in crate::run) fn judged(&self) -> Option<Predicted> {
+        let took = Took { seconds: self.clock.wall(), cpu_seconds: self.clock.processor() };
+        self.first.map(|first| Predicted { took: Some(took), ..first })
+    }
+
     /// Steps so far, the time that they have led to, and seconds since the beginning.
     pub(super) fn reached(&self) -> (u64, f64, f64) {
         (self.steps, self.time, self.clock.wall())
@@ -132,49 +153,5 @@ impl RunForecast {
     fn in_wall_time(&self, range: Range) -> Range {
         let ratio = self.wall_per_processor();
         Range { least: range.least * ratio.min(1.0), ..range.times_plus(ratio, 0.0) }
-    }
-}
-
-/// The first prediction of a run, which is announced and judged at its end.
-pub(in crate::run) struct Prediction {
-    forecast: RunForecast,
-    first: Option<Predicted>,
-}
-
-/// A run says nothing before so many seconds: one that is over by then needs no prediction.
-const LEAST_SECONDS: f64 = 1.0;
-
-impl Prediction {
-    /// Of a run whose start is relaxed, which began with `clock`.
-    pub(in crate::run) fn new(scene: &Scene, clock: Clock) -> Self {
-        Self { forecast: RunForecast::new(scene, clock), first: None }
-    }
-
-    /// As [`RunForecast::step`].
-    pub(in crate::run) fn step(&mut self, report: &StepReport, time: f64, cut: bool) {
-        self.forecast.step(report, time, cut);
-    }
-
-    /// As [`RunForecast::left`].
-    pub(in crate::run) fn left(&self) -> Option<String> {
-        self.forecast.left()
-    }
-
-    /// The first prediction with its words, once, as soon as there is one.
-    pub(in crate::run) fn announced(&mut self) -> Option<(Predicted, String)> {
-        let forecast = &self.forecast;
-        if self.first.is_some() || forecast.clock.wall() < LEAST_SECONDS {
-            return None;
-        }
-        let predicted = forecast.predicted()?;
-        self.first = Some(predicted);
-        Some((predicted, forecast.words()?))
-    }
-
-    /// The first prediction and what was true, at the end.
-    pub(in crate::run) fn judged(&self) -> Option<Predicted> {
-        let clock = &self.forecast.clock;
-        let took = Took { seconds: clock.wall(), cpu_seconds: clock.processor() };
-        self.first.map(|first| Predicted { took: Some(took), ..first })
     }
 }
