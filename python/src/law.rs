@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyString, PyTuple};
 use rumple::kinetics::{
     self as engine, Capabilities, Column, Descriptor, Feedback, HostLaw, Kinetics, KineticsError,
-    Location, Outcome, Parameter, Quantity, Signal, SignalRead, Template, descriptor, differences,
+    Location, Outcome, Parameter, Quantity, Signal, SignalRead, Template, differences,
 };
 use rumple::output::provenance::fingerprint;
 
@@ -127,7 +127,10 @@ impl Law {
                 .into_iter()
                 .map(|(name, about)| species_of(name, about, location))
                 .collect::<PyResult<_>>()?,
-            parameters: parameters.iter().map(parameter_of).collect(),
+            parameters: parameters
+                .iter()
+                .map(|(name, value)| Parameter::named(name, *value))
+                .collect(),
             signals: signals.map_or(Ok(Vec::new()), signals_of)?,
             observables: Vec::new(),
             observed: Vec::new(),
@@ -220,16 +223,7 @@ fn species_of(
     about: Option<Bound<'_, PyAny>>,
     location: Location,
 ) -> PyResult<engine::Species> {
-    let mut species = engine::Species {
-        name,
-        unit: "1".into(),
-        doc: String::new(),
-        typical: 1.0,
-        lower: f64::NEG_INFINITY,
-        upper: f64::INFINITY,
-        diffusion: 0.0,
-        location,
-    };
+    let mut species = engine::Species { location, ..engine::Species::named(name) };
     let Some(about) = about else { return Ok(species) };
     let Ok(table) = about.cast::<PyDict>() else {
         species.typical = positive(&species.name, about.extract()?)?;
@@ -255,19 +249,6 @@ fn species_of(
         return Err(PyValueError::new_err(text));
     }
     Ok(species)
-}
-
-fn parameter_of((name, value): &(String, f64)) -> Parameter {
-    Parameter {
-        name: name.clone(),
-        unit: "1".into(),
-        doc: String::new(),
-        default: descriptor::Default::Value(*value),
-        lower: f64::NEG_INFINITY,
-        lower_open: false,
-        upper: f64::INFINITY,
-        upper_open: false,
-    }
 }
 
 fn signals_of(signals: &Bound<'_, PyAny>) -> PyResult<Vec<SignalRead>> {

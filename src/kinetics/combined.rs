@@ -69,18 +69,8 @@ impl JointKinetics {
     pub fn new(members: Vec<Member>) -> Result<Self, JointError> {
         let mut joint = Self {
             descriptor: Descriptor {
-                id: "joint".into(),
-                name: String::new(),
-                version: String::new(),
-                author: String::new(),
-                licence: String::new(),
-                doc: String::new(),
-                species: Vec::new(),
-                parameters: Vec::new(),
-                signals: Vec::new(),
-                observables: Vec::new(),
-                observed: Vec::new(),
                 capabilities: Capabilities { parameter_fields: true, ..Capabilities::default() },
+                ..Descriptor::named("joint", "")
             },
             parameters: Vec::new(),
             members: Vec::new(),

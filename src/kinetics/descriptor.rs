@@ -64,6 +64,23 @@ pub struct Species {
     pub location: Location,
 }
 
+impl Species {
+    /// A dimensionless species at vertices, of typical magnitude 1 and any value, that does not diffuse.
+    #[must_use]
+    pub fn named(name: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            unit: "1".into(),
+            doc: String::new(),
+            typical: 1.0,
+            lower: f64::NEG_INFINITY,
+            upper: f64::INFINITY,
+            diffusion: 0.0,
+            location: Location::Vertex,
+        }
+    }
+}
+
 /// One parameter.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Parameter {
@@ -97,6 +114,21 @@ pub enum Default {
 }
 
 impl Parameter {
+    /// A dimensionless parameter without bounds.
+    #[must_use]
+    pub fn named(name: impl Into<String>, value: f64) -> Self {
+        Self {
+            name: name.into(),
+            unit: "1".into(),
+            doc: String::new(),
+            default: Default::Value(value),
+            lower: f64::NEG_INFINITY,
+            lower_open: false,
+            upper: f64::INFINITY,
+            upper_open: false,
+        }
+    }
+
     /// Whether the value is finite and within the bounds.
     #[must_use]
     pub fn allows(&self, value: f64) -> bool {
@@ -216,6 +248,25 @@ pub(super) fn among(all: &[SignalRead], some: &[SignalRead]) -> Vec<usize> {
 pub(super) const FORMULA: &str = "formula.";
 
 impl Descriptor {
+    /// Of a law without species, to be completed.
+    #[must_use]
+    pub fn named(id: impl Into<String>, name: impl Into<String>) -> Self {
+        Self {
+            id: id.into(),
+            name: name.into(),
+            version: String::new(),
+            author: String::new(),
+            licence: String::new(),
+            doc: String::new(),
+            species: Vec::new(),
+            parameters: Vec::new(),
+            signals: Vec::new(),
+            observables: Vec::new(),
+            observed: Vec::new(),
+            capabilities: Capabilities::default(),
+        }
+    }
+
     /// What messages call the law.
     #[must_use]
     pub fn title(&self) -> String {

@@ -4,9 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::kinetics::descriptor::Default as ParameterDefault;
 use crate::kinetics::formula::{Formula, Law};
-use crate::kinetics::{Feedback, Location, Observable, Parameter, Species};
+use crate::kinetics::{Feedback, Observable, Parameter, Species};
 use crate::num::checked::{Finite, Positive};
 
 use super::{KineticsSpec, ParameterSpec};
@@ -62,19 +61,12 @@ impl KineticsSpec {
                 typical: spec.typical.get(),
                 lower: spec.lower.map_or(f64::NEG_INFINITY, Finite::get),
                 upper: spec.upper.map_or(f64::INFINITY, Finite::get),
-                diffusion: 0.0,
-                location: Location::Vertex,
+                ..Species::named(name)
             }
         });
         let parameters = self.parameters.iter().map(|(name, value)| Parameter {
-            name: name.clone(),
             unit: self.units.get(name).cloned().unwrap_or_else(|| "1".into()),
-            doc: String::new(),
-            default: ParameterDefault::Value(value.uniform().unwrap_or(0.0)),
-            lower: f64::NEG_INFINITY,
-            lower_open: false,
-            upper: f64::INFINITY,
-            upper_open: false,
+            ..Parameter::named(name, value.uniform().unwrap_or(0.0))
         });
         let observables = self.observables.iter().map(|(name, text)| {
             let unit = self.units.get(name).cloned().unwrap_or_else(|| "1".into());

@@ -233,22 +233,12 @@ fn by_lengths(
     let change: Vec<f64> = (0..factor.len()).map(|e| if e % 3 == 0 { 1.0 } else { -0.4 }).collect();
     let mut exact = vec![Vec3::zeros(); x.len()];
     potential.metric_derivatives(x, &mut |i, e, by| exact[i] += change[e] * reference[e] * by);
-    if !finite(&exact) {
-        return fault(format!(
-            "the derivatives of the forces by the optimal lengths are not finite (time {time})"
-        ));
-    }
     let mut at = |step: f64| {
         let factor: Vec<f64> = factor.iter().zip(&change).map(|(f, w)| f + step * w).collect();
         potential.set_conditions(Some(&factor), time);
         energy_and_gradient(potential, x).1
     };
-    if let Some(relative) = deviation(&exact, &mut at) {
-        fault(format!(
-            "the derivatives of the forces by the optimal lengths differ from differences by \
-             {relative:.1e} (relative; time {time})"
-        ));
-    }
+    compare(&exact, &mut at, ("the optimal lengths", time), fault);
 }
 
 /// The derivatives of the gradient by the spontaneous curvature that a law gives the vertices.
@@ -271,16 +261,7 @@ fn by_curvature(
         set(potential, step);
         energy_and_gradient(potential, x).1
     };
-    let deviation = match finite(&exact) {
-        true => deviation(&exact, &mut at),
-        false => Some(f64::INFINITY),
-    };
-    if let Some(relative) = deviation {
-        fault(format!(
-            "the derivatives of the forces by the spontaneous curvature of a law differ from differences by \
-             {relative:.1e} (relative; time {time})"
-        ));
-    }
+    compare(&exact, &mut at, ("the spontaneous curvature of a law", time), fault);
     potential.set_fields(std::iter::empty());
     potential.set_conditions(Some(factor), time);
 }
@@ -312,14 +293,21 @@ fn by_species(
         potential.set_conditions(None, time);
         energy_and_gradient(potential, x).1
     };
-    let deviation = match finite(&exact) {
-        true => deviation(&exact, &mut at),
-        false => Some(f64::INFINITY),
-    };
-    if let Some(relative) = deviation {
+    compare(&exact, &mut at, (&format!("species number {s}"), time), fault);
+}
+
+/// Compares derivatives of the forces with differences.
+fn compare(
+    exact: &[Vec3],
+    at: &mut impl FnMut(f64) -> Vec<Vec3>,
+    (by, time): (&str, f64),
+    fault: &mut impl FnMut(String),
+) {
+    if !finite(exact) {
+        fault(format!("the derivatives of the forces by {by} are not finite (time {time})"));
+    } else if let Some(relative) = deviation(exact, at) {
         fault(format!(
-            "the derivatives of the forces by species number {s} differ from differences by {relative:.1e} (relative; time \
-             {time})"
+            "the derivatives of the forces by {by} differ from differences by {relative:.1e} (relative; time {time})"
         ));
     }
 }

@@ -55,7 +55,7 @@ use crate::Vec3;
 use crate::effects::{
     Effect, EffectContext, EffectError, EffectSpec, Elasticity, Material, Measure,
 };
-use crate::kinetics::{Capabilities, Descriptor, Location, Species};
+use crate::kinetics::{Descriptor, Location, Species};
 use crate::model::ModelError;
 use crate::sheet::Sheet;
 
@@ -190,30 +190,8 @@ pub fn examine_on(
 /// A law of species that do not react, to examine effects with: each has the diffusion coefficient 1.
 #[must_use]
 pub fn made_up(species: &[&str]) -> Descriptor {
-    let species = species.iter().map(|name| Species {
-        name: (*name).to_owned(),
-        unit: "1".into(),
-        doc: String::new(),
-        typical: 1.0,
-        lower: f64::NEG_INFINITY,
-        upper: f64::INFINITY,
-        diffusion: 1.0,
-        location: Location::Vertex,
-    });
-    Descriptor {
-        id: "kit.made-up".into(),
-        name: "made-up".into(),
-        version: String::new(),
-        author: String::new(),
-        licence: String::new(),
-        doc: String::new(),
-        species: species.collect(),
-        parameters: Vec::new(),
-        signals: Vec::new(),
-        observables: Vec::new(),
-        observed: Vec::new(),
-        capabilities: Capabilities::default(),
-    }
+    let species = species.iter().map(|name| Species { diffusion: 1.0, ..Species::named(*name) });
+    Descriptor { species: species.collect(), ..Descriptor::named("kit.made-up", "made-up") }
 }
 
 /// The fault of an effect without effect.

@@ -31,7 +31,7 @@ use names::Names;
 use program::Program;
 
 use super::descriptor::{Capabilities, Descriptor, FORMULA, Observable};
-use super::{Feedback, Location, Parameter, Signal, SignalRead, Species};
+use super::{Feedback, Parameter, Signal, SignalRead, Species};
 
 /// One formula of a law.
 #[derive(Debug, Clone, PartialEq)]
@@ -94,16 +94,7 @@ impl Law {
     /// [`Law::species`] where that does not fit.
     #[must_use]
     pub fn species(mut self, name: &str, rate: &str) -> Self {
-        self.species.push(Species {
-            name: name.to_owned(),
-            unit: String::new(),
-            doc: String::new(),
-            typical: 1.0,
-            lower: f64::NEG_INFINITY,
-            upper: f64::INFINITY,
-            diffusion: 0.0,
-            location: Location::Vertex,
-        });
+        self.species.push(Species::named(name));
         self.rates.push(Formula { name: name.to_owned(), text: rate.to_owned() });
         self
     }
@@ -111,16 +102,7 @@ impl Law {
     /// Adds a parameter with its value.
     #[must_use]
     pub fn parameter(mut self, name: &str, value: f64) -> Self {
-        self.parameters.push(Parameter {
-            name: name.to_owned(),
-            unit: String::new(),
-            doc: String::new(),
-            default: super::descriptor::Default::Value(value),
-            lower: f64::NEG_INFINITY,
-            lower_open: false,
-            upper: f64::INFINITY,
-            upper_open: false,
-        });
+        self.parameters.push(Parameter::named(name, value));
         self.values.push(Some(value));
         self
     }
@@ -420,18 +402,11 @@ fn first_signal(graph: &Graph, node: Id, species: usize, columns: usize) -> Opti
 fn described(law: &Law) -> Descriptor {
     let rates = law.rates.iter().map(|r| format!("d{}/dt = {}", r.name, r.text));
     Descriptor {
-        id: format!("{FORMULA}{}", law.name),
-        name: law.name.clone(),
-        version: String::new(),
-        author: String::new(),
-        licence: String::new(),
         doc: rates.collect::<Vec<_>>().join("; "),
         species: law.species.clone(),
         parameters: law.parameters.clone(),
-        signals: Vec::new(),
         observables: law.observables.iter().map(|(o, _)| o.clone()).collect(),
-        observed: Vec::new(),
-        capabilities: Capabilities::default(),
+        ..Descriptor::named(format!("{FORMULA}{}", law.name), law.name.clone())
     }
 }
 

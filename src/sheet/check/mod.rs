@@ -10,6 +10,7 @@ mod manifold;
 
 use std::collections::HashMap;
 use std::fmt;
+use std::hash::Hash;
 
 use serde::Serialize;
 
@@ -164,6 +165,13 @@ pub(crate) fn place_of(p: &Vec3) -> [u64; 3] {
     [0, 1, 2].map(|k| (p[k] + 0.0).to_bits())
 }
 
+/// Pairs of the first with a key and a later one with the same.
+fn repetitions<K: Eq + Hash>(keys: impl ExactSizeIterator<Item = K>) -> Vec<[usize; 2]> {
+    let mut first = HashMap::with_capacity(keys.len());
+    let known = keys.enumerate().map(|(k, key)| [*first.entry(key).or_insert(k), k]);
+    known.filter(|[known, k]| known != k).collect()
+}
+
 struct Findings<'a> {
     surface: &'a Surface,
     /// Numbers of the triangles in the file.
@@ -219,19 +227,10 @@ impl Findings<'_> {
         let wrong: Vec<_> =
             (0..points.len()).filter(|&v| !points[v].iter().all(|x| x.is_finite())).collect();
         self.vertices(Fault::NonFinite, "a coordinate is not a finite number", &wrong);
-        let mut first: HashMap<[u64; 3], usize> = HashMap::with_capacity(points.len());
-        let mut twice = Vec::new();
-        for (v, p) in points.iter().enumerate() {
-            let known = *first.entry(place_of(p)).or_insert(v);
-            if known != v {
-                twice.push((known, v));
-            }
-        }
-        let places: Vec<_> = twice
-            .iter()
-            .take(SHOWN)
-            .map(|&(a, b)| format!("{} and {}", self.vertex(a), self.vertex(b)))
-            .collect();
+        let twice = repetitions(points.iter().map(place_of));
+        let places =
+            twice.iter().map(|&[a, b]| format!("{} and {}", self.vertex(a), self.vertex(b)));
+        let places: Vec<_> = places.take(SHOWN).collect();
         self.report(
             Fault::CoincidentVertices,
             "vertices lie at the same point (merge them, or the sheet is cut there)",
@@ -262,21 +261,13 @@ impl Findings<'_> {
     /// Duplicates, areas and vertices without a triangle.
     fn shapes(&mut self) {
         let Surface { points, triangles, .. } = self.surface;
-        let mut first: HashMap<[u32; 3], usize> = HashMap::with_capacity(triangles.len());
-        let mut twice = Vec::new();
-        for (t, tri) in triangles.iter().enumerate() {
-            let mut key = *tri;
+        let twice = repetitions(triangles.iter().map(|corners| {
+            let mut key = *corners;
             key.sort_unstable();
-            let known = *first.entry(key).or_insert(t);
-            if known != t {
-                twice.push((known, t));
-            }
-        }
-        let places: Vec<_> = twice
-            .iter()
-            .take(SHOWN)
-            .map(|&(a, b)| format!("{} and {}", self.triangle(a), self.triangle(b)))
-            .collect();
+            key
+        }));
+        let pair = |&[a, b]: &[usize; 2]| format!("{} and {}", self.triangle(a), self.triangle(b));
+        let places: Vec<_> = twice.iter().take(SHOWN).map(pair).collect();
         self.report(
             Fault::DuplicateTriangle,
             "triangles have the same three vertices",

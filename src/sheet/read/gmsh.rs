@@ -182,6 +182,17 @@ impl Mesh<'_> {
         }
     }
 
+    /// The number of blocks of a section of version 4, from its head.
+    fn blocks(&mut self, of: &str) -> Result<usize, String> {
+        let blocks = self.size(&format!("the number of blocks of {of}s"))?;
+        self.size(&format!("the number of {of}s"))?;
+        if self.version == Version::FourOne {
+            self.size(&format!("the least {of} number"))?;
+            self.size(&format!("the largest {of} number"))?;
+        }
+        Ok(blocks)
+    }
+
     fn nodes(&mut self) -> Result<(), String> {
         if self.version == Version::Two {
             // Counts of sections are text in version 2, even of binary files.
@@ -193,12 +204,7 @@ impl Mesh<'_> {
             }
             return Ok(());
         }
-        let blocks = self.size("the number of blocks of nodes")?;
-        self.size("the number of nodes")?;
-        if self.version == Version::FourOne {
-            self.size("the least node number")?;
-            self.size("the largest node number")?;
-        }
+        let blocks = self.blocks("node")?;
         for block in 0..blocks {
             let what = format!("block {block} of the nodes");
             let dimension = self.block_head(&what)?;
@@ -276,12 +282,7 @@ impl Mesh<'_> {
                 self.elements_of_binary(count)
             };
         }
-        let blocks = self.size("the number of blocks of elements")?;
-        self.size("the number of elements")?;
-        if self.version == Version::FourOne {
-            self.size("the least element number")?;
-            self.size("the largest element number")?;
-        }
+        let blocks = self.blocks("element")?;
         for block in 0..blocks {
             let what = format!("block {block} of the elements");
             self.block_head(&what)?;
