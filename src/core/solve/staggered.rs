@@ -37,7 +37,8 @@
 //!       ‖x_{n+1} - x*‖ / ((atol edge + rtol max|x - X|) √n)                             the larger
 //! ```
 //!
-//! with n the number of points that carry the pattern or change ([`Model::species_misfit`](crate::model::Model::species_misfit)).
+//! and Δt_new is at most the longest sub-step that the path of a quasi-static shape allows (`path`), where rates read
+//! signals: species say nothing of how fast these change in the step to come. n is the number of points that carry the pattern or change ([`Model::species_misfit`](crate::model::Model::species_misfit)).
 //!
 //! Internal variables of effects ([`Internal`](crate::effects::Internal)) go as the species do: predicted on the shape
 //! x_n, corrected on the straight line from x_n to x*, by the stabilised explicit method; their correction is part of err,
@@ -65,7 +66,7 @@ use super::{
     Integrator, Result, SolveError, StepReport, Workspace, end_of_fixed_step, end_of_step,
 };
 use crate::Vec3;
-use crate::model::{SignalColumns, State, Storage, TimeCourse};
+use crate::model::{Model, SignalColumns, State, Storage, TimeCourse};
 use crate::num::checked::Positive;
 use crate::record::{Malformed, Record};
 
@@ -340,8 +341,10 @@ impl Staggered {
                     }
                     report.length = step;
                     report.error = error;
-                    report.allowed = Some(step * SAFETY / error.sqrt());
+                    let longest = self.longest_next(&workspace.model);
+                    report.allowed = Some((step * SAFETY / error.sqrt()).min(longest));
                     self.propose(step, proposed, error, first);
+                    self.step = self.step.map(|next| next.min(longest));
                     return Ok(report);
                 }
                 Ok((_, error)) => {
@@ -387,6 +390,14 @@ impl Staggered {
         let factor = (SAFETY / error.sqrt()).min(limit);
         // A step cut short by an output time does not limit the next one.
         self.step = Some((step * factor).max(if factor >= 1.0 { proposed } else { 0.0 }));
+    }
+
+    /// Signals are linear within a step: one that reads those of an equilibrium is no longer than what its path can be
+    /// followed by.
+    fn longest_next(&self, model: &Model) -> f64 {
+        let at_rest = self.policy.mechanics == 0.0 && self.policy.chemistry > 0.0;
+        let reads = model.chemistry().is_some_and(|law| !law.signals().wanted().is_empty());
+        if at_rest && reads { self.path.longest() } else { f64::INFINITY }
     }
 
     /// A first step from the rates: small against the time in which the fastest species changes by its typical

@@ -30,33 +30,27 @@
 mod first_equilibrium;
 mod jumps;
 mod rest;
+mod stall;
+mod sub_step;
 
 pub(super) use first_equilibrium::first_equilibrium;
 
 use serde::{Deserialize, Serialize};
 
 use super::equilibrium::Relaxation;
-use super::incremental_potential::{Motion, Stepping};
+use super::incremental_potential::Motion;
 use super::route::Route;
 use super::{Result, Workspace, end_of_step};
 use crate::Vec3;
 use crate::model::{Positions, State};
 use crate::record::Malformed;
 use jumps::{Jumps, Loss};
+use stall::Stall;
+use sub_step::sub_step;
 
 /// Weight of the viscosity over a whole step, in units of the stretching stiffness, averaged over vertices. With a hundred
 /// times as much a growing cylinder buckled by its drag alone, and softer buckles lagged behind.
 const VISCOSITY: f64 = 1e-7;
-/// Tolerances of a sub-step, relative to the largest displacement and in mean edges. They keep to a branch; the accuracy
-/// on it is that of the equilibrium.
-const TOLERANCE: (f64, f64) = (0.05, 0.1);
-/// Radius of the trust region of a minimisation about its start, in mean edges, along a branch and while a start is let go:
-/// with 2 there coarse meshes came to minima that depended on the linear solver.
-const RADIUS: (f64, f64) = (2.0, 0.25);
-/// Largest estimated distance to a minimum, in mean edges: forces alone leave soft bending modes far from it.
-const DISTANCE_TOLERANCE: f64 = 0.02;
-/// Factor on the tolerance of sub-steps in jumps, which are many.
-const IN_JUMPS: f64 = 4.0;
 /// Factor on the force tolerance at the end of a sub-step.
 const FORCE_FACTOR: f64 = 100.0;
 /// Sub-steps are proposed shorter than the error estimate allows, and change by factors between these.
@@ -75,16 +69,8 @@ pub(super) struct EquilibriumPath {
     motion: Motion,
     /// The next sub-step.
     step: Option<f64>,
-}
-
-/// Where a sub-step leads.
-struct SubStep {
-    x: Positions,
-    done: Relaxation,
-    /// What it releases, if it is a part of a jump.
-    released: Option<f64>,
-    /// Error estimate in units of the tolerance.
-    error: f64,
+    /// [`Self::longest`].
+    longest: Option<f64>,
 }
 
 /// What later steps depend on.
@@ -109,6 +95,12 @@ impl EquilibriumPath {
         self.motion.restore(memory.motion, vertices)
     }
 
+    /// The longest sub-step that the error estimates of the last step would allow. Signals of a shape whose path bends
+    /// on this scale are not linear over a longer step.
+    pub(super) fn longest(&self) -> f64 {
+        self.longest.unwrap_or(f64::INFINITY)
+    }
+
     /// Lets the shape of `from`, an equilibrium, follow while conditions change to those of `next`, whose
     /// shape is replaced. Between two states of the same time only species change, by a small correction.
     ///
@@ -127,6 +119,7 @@ impl EquilibriumPath {
         let (mut shape, to) = (from.clone(), next.clone());
         let done = if next.time > from.time {
             workspace.begin_path();
+            self.longest = None;
             self.follow(workspace, &Route::in_time(from, &to), &mut shape)?
         } else {
             correct(workspace, &Route::from_zero_to_one(from, &to), &mut shape)?
@@ -201,22 +194,69 @@ impl EquilibriumPath {
                         None => course.jumps.end(),
                     }
                     course.t = until;
+                    course.stall.pass(until);
                     let factor = factor(next.error, FACTORS.1);
                     // One that is cut short by the end says nothing against longer ones.
                     let least = if factor >= 1.0 { course.step } else { 0.0 };
                     course.step = (length * factor).max(least);
+                    self.longest = Some(self.longest.unwrap_or(0.0).max(length * factor));
                 }
                 Ok(next) if length > shortest => {
                     course.done.add(&next.done);
-                    course.step = length * factor(next.error, SAFETY);
+                    self.reject(workspace, route, state, (course, until, next.error))?;
                 }
                 Err(error) if error.wants_shorter() && length > shortest => {
-                    course.step = SHRINK * length;
+                    self.reject(workspace, route, state, (course, until, f64::INFINITY))?;
                 }
                 Err(error) if !error.is_without_rest() => return Err(error),
                 _ => return Err(rest::reason(workspace, route, state)),
             }
         }
+        Ok(())
+    }
+
+    /// Repeats a sub-step to `until` that is rejected for its `error`, infinite where it has no result, by a shorter one,
+    /// or jumps where the error does not fall with the length.
+    fn reject(
+        &mut self,
+        workspace: &mut Workspace,
+        route: &Route<'_>,
+        state: &mut State,
+        (course, until, error): (&mut Course, f64, f64),
+    ) -> Result<()> {
+        let length = until - course.t;
+        let jumps = course.stall.reject((course.t, until), error);
+        // A start is let go as slowly as it takes.
+        if jumps && !route.is_held() && is_open(workspace, route, state, (course.t, until)) {
+            return self.jump(workspace, route, state, (course, until));
+        }
+        course.step = length * course.stall.shrink(length, error);
+        Ok(())
+    }
+
+    /// Lets the shape of `state` follow the gradient flow under the conditions when the clock shows `until`, to which no
+    /// branch leads.
+    fn jump(
+        &mut self,
+        workspace: &mut Workspace,
+        route: &Route<'_>,
+        state: &mut State,
+        (course, until): (&mut Course, f64),
+    ) -> Result<()> {
+        let (clock, length) = ((course.t, until), until - course.t);
+        let (before, spent) = (state.clone(), workspace.iterations());
+        let done = rest::flow(workspace, &route.stopped(until), state, length)?;
+        course.most += workspace.iterations() - spent;
+        course.done.add(&Relaxation { jumps: 0, ..done });
+        let by = course.viscosity / length;
+        let loss = Loss::of(workspace, route, (clock, by), (&before, state))?;
+        if let Some(released) = loss.and_then(|loss| loss.in_jump()) {
+            course.jumps.go_on(released);
+        }
+        course.jumps.end();
+        self.motion = Motion::default();
+        (course.t, course.step, course.before) = (until, length, None);
+        course.stall = Stall::default();
         Ok(())
     }
 
@@ -244,6 +284,7 @@ struct Course {
     done: Relaxation,
     /// The start of the last sub-step.
     before: Option<Before>,
+    stall: Stall,
 }
 
 /// What the rejection of a sub-step returns to.
@@ -281,7 +322,9 @@ fn come_to_rest(
     let rejects = may_reject && !jumps.is_open();
     let mut done = match rest::minimum(workspace, route, state) {
         Err(error) if error.is_without_rest() && rejects => return Ok(None),
-        Err(error) if error.is_without_rest() => rest::flow(workspace, route, state)?,
+        Err(error) if error.is_without_rest() => {
+            rest::flow(workspace, route, state, route.length())?
+        }
         done => done?,
     };
     let loss = Loss::of(workspace, route, ((end, end), drag), (&last, state))?;
@@ -294,40 +337,16 @@ fn come_to_rest(
     Ok(Some(done))
 }
 
-/// One minimisation with the `viscosity`, from the shape of `state` while the clock goes from `t` to `until`, to a force
-/// tolerance times `force_factor`.
-fn sub_step(
-    motion: &mut Motion,
+/// Whether obstacles, while the clock goes from `t` to `until`, leave the shape of `state` where it is.
+fn is_open(
     workspace: &mut Workspace,
     route: &Route<'_>,
-    (t, until): (f64, f64),
     state: &State,
-    (viscosity, force_factor): (f64, f64),
-) -> Result<SubStep> {
-    let (at, _) = route.at(t, state);
-    let by = Stepping {
-        drag: viscosity,
-        second_order: false,
-        tolerance: 0.0,
-        relative: 0.0,
-        trust: Some(radius(route)),
-        force_factor,
-        distance_tolerance: DISTANCE_TOLERANCE,
-    };
-    let moved = motion.advance(workspace, &at, (t, until), route, &by)?;
-    let fine = State { x: moved.x.into(), ..at.clone() };
-    let coarse = State { x: moved.coarse.into(), ..at.clone() };
-    let by = viscosity / (until - t);
-    let loss = Loss::of(workspace, route, ((t, until), by), (&at, &fine))?;
-    let released = loss.and_then(|loss| loss.in_jump());
-    let factor = if released.is_some() { IN_JUMPS } else { 1.0 };
-    let error = workspace.model.shape_misfit(&at, (&coarse, &fine), TOLERANCE) / factor;
-    Ok(SubStep { x: fine.x, done: moved.done, released, error })
-}
-
-/// Radius of the trust region of minimisations along `route`.
-fn radius(route: &Route<'_>) -> f64 {
-    if route.is_held() { RADIUS.1 } else { RADIUS.0 }
+    (t, until): (f64, f64),
+) -> bool {
+    let ((at, _), (mut to, _)) = (route.at(t, state), route.at(until, state));
+    workspace.model.mechanics().set_prescribed(to.time, &mut to.x);
+    workspace.check_way(&at, &to).is_ok()
 }
 
 /// What an error estimate makes of a sub-step, up to `most`.

@@ -14,9 +14,9 @@ use super::super::incremental_potential::Motion;
 use super::super::route::Route;
 use super::super::workspace::Minimisation;
 use super::super::{Result, SolveError, Workspace, diagnosis};
-use super::{
-    DISTANCE_TOLERANCE, ITERATION_BUDGET, SAFETY, SHRINK, factor, radius, sub_step, viscosity,
-};
+use super::stall::Stall;
+use super::sub_step::{DISTANCE_TOLERANCE, radius, sub_step};
+use super::{ITERATION_BUDGET, factor, viscosity};
 use crate::Vec3;
 use crate::model::State;
 use crate::parallel;
@@ -30,6 +30,8 @@ const SHORTEST: f64 = 1e-9;
 const LONGEST: f64 = 1e6;
 /// A minimisation is tried again where a sub-step moves no vertex further than this, in mean edges.
 const STILL: f64 = 0.3;
+/// A flow that moves no further in a sub-step, in mean edges, although no minimum is near, is at a saddle.
+const STUCK: f64 = 0.01;
 /// How far an unstable mode is followed before the flow takes over, in mean edges.
 const SEED: f64 = 0.1;
 /// A mode along which the shape rests again within this distance, in mean edges, is neutral: a dimple that can be
@@ -48,7 +50,7 @@ pub(super) fn rest(
     state: &mut State,
 ) -> Result<Relaxation> {
     match minimum(workspace, route, state) {
-        Err(error) if error.is_without_rest() => flow(workspace, route, state),
+        Err(error) if error.is_without_rest() => flow(workspace, route, state, route.length()),
         done => done,
     }
 }
@@ -71,15 +73,10 @@ pub(super) fn stabilise(
     let before = energy(workspace, route, end, state)?;
     let mut left = 0;
     for _ in 0..SADDLES {
-        if is_flat(&state.x, &reduction) {
+        let saddle = state.x.clone();
+        if !leave(workspace, route, state)? {
             break;
         }
-        let (at, held) = route.at(end, state);
-        let Some(mode) = workspace.unstable_mode(&at, held)? else { break };
-        let saddle = state.x.clone();
-        let mut x = saddle.to_vec();
-        parallel::update(&mut x, |i, x| *x += SEED * edge * mode[i]);
-        state.x = x.into();
         let left_for = rest(workspace, route, state)?;
         if reduction.distance(&saddle, &state.x) < NEUTRAL * edge {
             done.iterations += left_for.iterations;
@@ -119,13 +116,15 @@ pub(super) fn minimum(
     Ok(done)
 }
 
-/// Follows the gradient flow from the shape of `state` to the minimum that it leads to: a jump.
+/// Follows the gradient flow from the shape of `state`, by sub-steps of the length `step` at first, to the minimum that it
+/// leads to: a jump.
 pub(super) fn flow(
     workspace: &mut Workspace,
     route: &Route<'_>,
     state: &mut State,
+    step: f64,
 ) -> Result<Relaxation> {
-    let (start, end) = route.clock();
+    let (_, end) = route.clock();
     // A load that nothing holds would move the sheet for ever.
     if let Some(error) = workspace.diagnosed(&route.at(end, state).0, diagnosis::unheld)? {
         return Err(error);
@@ -134,47 +133,96 @@ pub(super) fn flow(
     let edge = workspace.model.mechanics().reference().mean_edge();
     let reduction = workspace.reduction().clone();
     let (mut done, mut motion) = (Relaxation::default(), Motion::default());
-    // Pseudo-time at fixed conditions.
-    let (mut t, mut step) = (end, end - start);
     let most = workspace.iterations() + ITERATION_BUDGET * workspace.most_iterations();
-    let (mut tries, mut speed) = (0, 0.0);
-    let longest = LONGEST * (end - start);
-    while workspace.iterations() <= most && tries < TRIES && step < longest {
-        tries += 1;
-        let next = sub_step(&mut motion, workspace, route, (t, t + step), state, (viscosity, 1.0));
-        match next {
-            Ok(next) if next.error <= 1.0 => {
-                done.add(&next.done);
-                workspace.pass(&state.x, &next.x, true)?;
-                let moved = reduction.distance(&state.x, &next.x) / edge;
-                (state.x, t) = (next.x, t + step);
-                step *= factor(next.error, GROWTH);
-                // It dies down only after it has grown.
-                if std::mem::replace(&mut speed, moved) < moved || moved > STILL {
-                    continue;
-                }
-                match minimum(workspace, route, state) {
-                    Ok(more) => {
-                        done.add(&more);
-                        done.jumps = 1;
-                        return Ok(done);
-                    }
-                    Err(error) if error.is_without_rest() => {}
-                    Err(error) => return Err(error),
-                }
+    let (shortest, longest) = (SHORTEST * route.length(), LONGEST * route.length());
+    // Pseudo-time at fixed conditions.
+    let mut pace = Pace { t: end, step, ..Pace::default() };
+    for _ in 0..TRIES {
+        if workspace.iterations() > most || pace.step > longest {
+            break;
+        }
+        let clock = (pace.t, pace.t + pace.step);
+        let next = sub_step(&mut motion, workspace, route, clock, state, (viscosity, 1.0));
+        let next = match next {
+            Ok(next) => next,
+            Err(error) if error.is_without_rest() && pace.step > shortest => {
+                pace.reject(f64::INFINITY);
+                continue;
             }
-            Ok(next) if step > SHORTEST * (end - start) => {
-                done.add(&next.done);
-                step *= factor(next.error, SAFETY);
+            Err(error) if error.is_without_rest() => break,
+            Err(error) => return Err(error),
+        };
+        if next.error.is_nan() || next.error > 1.0 {
+            done.add(&next.done);
+            if pace.step <= shortest {
+                break;
             }
-            Err(error) if error.is_without_rest() && step > SHORTEST * (end - start) => {
-                step *= SHRINK
+            pace.reject(next.error);
+            continue;
+        }
+        done.add(&next.done);
+        workspace.pass(&state.x, &next.x, true)?;
+        let moved = reduction.distance(&state.x, &next.x) / edge;
+        state.x = next.x;
+        if !pace.accept(moved, next.error) || moved > STILL {
+            continue;
+        }
+        match minimum(workspace, route, state) {
+            Ok(more) => {
+                done.add(&more);
+                done.jumps = 1;
+                return Ok(done);
             }
             Err(error) if !error.is_without_rest() => return Err(error),
-            _ => break,
+            Err(_) if moved < STUCK => _ = leave(workspace, route, state)?,
+            Err(_) => {}
         }
     }
     Err(reason(workspace, route, state))
+}
+
+/// The sub-steps of a flow.
+#[derive(Default)]
+struct Pace {
+    t: f64,
+    step: f64,
+    stall: Stall,
+    /// Mean edges in a unit of pseudo-time, in the last sub-step.
+    speed: f64,
+}
+
+impl Pace {
+    /// Repeats a sub-step that is rejected for its `error` by a shorter one.
+    fn reject(&mut self, error: f64) {
+        self.stall.reject((self.t, self.t + self.step), error);
+        self.step *= self.stall.shrink(self.step, error);
+    }
+
+    /// Continues after a sub-step that `moved` the shape, with an `error`. Whether the motion dies down, which it does only
+    /// after it has grown.
+    fn accept(&mut self, moved: f64, error: f64) -> bool {
+        let speed = moved / self.step;
+        let slows = std::mem::replace(&mut self.speed, speed) >= speed;
+        self.t += self.step;
+        // After a rejection a sub-step is not lengthened at once.
+        self.step *= factor(error, if self.stall.is_open() { 1.0 } else { GROWTH });
+        self.stall = Stall::default();
+        slows
+    }
+}
+
+/// Displaces the shape of `state` along its unstable mode, if it has one: from a saddle no force leads.
+fn leave(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> Result<bool> {
+    if is_flat(&state.x, workspace.reduction()) {
+        return Ok(false);
+    }
+    let edge = workspace.model.mechanics().reference().mean_edge();
+    let (at, held) = route.at(route.clock().1, state);
+    let Some(mode) = workspace.unstable_mode(&at, held)? else { return Ok(false) };
+    let mut x = state.x.to_vec();
+    parallel::update(&mut x, |i, x| *x += SEED * edge * mode[i]);
+    state.x = x.into();
+    Ok(true)
 }
 
 /// Why no equilibrium is found near the shape of `state` under the conditions at the end of `route`.
