@@ -392,8 +392,8 @@ impl Staggered {
         self.step = Some((step * factor).max(if factor >= 1.0 { proposed } else { 0.0 }));
     }
 
-    /// Signals are linear within a step: one that reads those of an equilibrium is no longer than what its path can be
-    /// followed by.
+    /// Signals are linear within a step: the longest next one, where rates read those of an equilibrium, is the longest
+    /// sub-step of its path.
     fn longest_next(&self, model: &Model) -> f64 {
         let at_rest = self.policy.mechanics == 0.0 && self.policy.chemistry > 0.0;
         let reads = model.chemistry().is_some_and(|law| !law.signals().wanted().is_empty());

@@ -106,7 +106,8 @@ impl Chebyshev {
         }
         let shortest = shortest_step(from, until);
         let bound = MARGIN * bound;
-        let stable = stable_interval(MOST_STAGES);
+        let longest =
+            if bound > 0.0 { stable_interval(MOST_STAGES) / bound } else { f64::INFINITY };
         let mut t = from;
         let mut step = until - from;
         rate(t, y, &mut self.f0)?;
@@ -116,16 +117,10 @@ impl Chebyshev {
         for _ in 0..MOST_STEPS {
             let done = self.work - before;
             if done.substeps >= MANY && done.rejected_substeps >= done.substeps / CHATTERS {
-                return Err(match refused {
-                    Some(SolveError::Model(cause @ ModelError::Coefficient { .. })) => {
-                        SolveError::Inadmissible { time: t, cause }
-                    }
-                    _ => self.chatters(t, step, &done, tolerance),
-                });
+                return Err(inadmissible(t, refused)
+                    .unwrap_or_else(|| self.chatters(t, step, &done, tolerance)));
             }
-            if bound > 0.0 {
-                step = step.min(stable / bound);
-            }
+            step = step.min(longest);
             let last = t + step >= until - shortest;
             let end = if last { until } else { t + step };
             let h = end - t;
@@ -251,6 +246,16 @@ impl Chebyshev {
 /// Largest `ρ Δt` for which `stages` are stable.
 fn stable_interval(stages: f64) -> f64 {
     2.0 / 3.0 * (stages * stages - 1.0) * (1.0 - 2.0 * DAMPING / 15.0)
+}
+
+/// The cause of rejected steps at `time`, where that is a coefficient that species have made inadmissible.
+fn inadmissible(time: f64, cause: Option<SolveError>) -> Option<SolveError> {
+    match cause {
+        Some(SolveError::Model(cause @ ModelError::Coefficient { .. })) => {
+            Some(SolveError::Inadmissible { time, cause })
+        }
+        _ => None,
+    }
 }
 
 /// The shortest step, so that none is lost in the rounding of the time either.

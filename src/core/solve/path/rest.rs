@@ -143,24 +143,21 @@ pub(super) fn flow(
         }
         let clock = (pace.t, pace.t + pace.step);
         let next = sub_step(&mut motion, workspace, route, clock, state, (viscosity, 1.0));
-        let next = match next {
-            Ok(next) => next,
-            Err(error) if error.is_without_rest() && pace.step > shortest => {
-                pace.reject(f64::INFINITY);
-                continue;
+        let (error, next) = match next {
+            Ok(next) => {
+                done.add(&next.done);
+                (next.error, Some(next))
             }
-            Err(error) if error.is_without_rest() => break,
+            Err(error) if error.is_without_rest() => (f64::INFINITY, None),
             Err(error) => return Err(error),
         };
-        if next.error.is_nan() || next.error > 1.0 {
-            done.add(&next.done);
+        let Some(next) = next.filter(|next| next.error <= 1.0) else {
             if pace.step <= shortest {
                 break;
             }
-            pace.reject(next.error);
+            pace.reject(error);
             continue;
-        }
-        done.add(&next.done);
+        };
         workspace.pass(&state.x, &next.x, true)?;
         let moved = reduction.distance(&state.x, &next.x) / edge;
         state.x = next.x;
