@@ -148,7 +148,7 @@ pub fn choose<T: ?Sized + Family>(
 
 /// Says of an unknown key which other kinds have it.
 fn whose<T: ?Sized + Family>(problem: DocumentError, place: &Place) -> DocumentError {
-    let Some(key) = problem.as_unknown_key().map(str::to_owned) else { return problem };
+    let Some(key) = problem.unknown_key_here().map(str::to_owned) else { return problem };
     let mut kinds = T::kinds();
     kinds.retain(|kind| kind.keys(place).contains(&key));
     let mut owners: Vec<String> =

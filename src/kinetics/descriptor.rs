@@ -1,6 +1,6 @@
 //! What kinetics says about itself, checked.
 
-use super::exact;
+use super::float_bits;
 use super::signal::Signal;
 use rumple_numerics::num::Short;
 
@@ -49,16 +49,16 @@ pub struct Species {
     /// Description.
     pub doc: String,
     /// Magnitude that matters, > 0.
-    #[serde(with = "exact")]
+    #[serde(with = "float_bits")]
     pub typical: f64,
     /// Least value that makes sense.
-    #[serde(with = "exact")]
+    #[serde(with = "float_bits")]
     pub lower: f64,
     /// Greatest value that makes sense.
-    #[serde(with = "exact")]
+    #[serde(with = "float_bits")]
     pub upper: f64,
     /// Diffusion coefficient unless the scene gives one, length²/time.
-    #[serde(with = "exact")]
+    #[serde(with = "float_bits")]
     pub diffusion: f64,
     /// Location unless the scene gives one.
     pub location: Location,
@@ -93,12 +93,12 @@ pub struct Parameter {
     /// Value where the scene gives none.
     pub default: Default,
     /// Lower bound.
-    #[serde(with = "exact")]
+    #[serde(with = "float_bits")]
     pub lower: f64,
     /// Whether the lower bound itself is excluded.
     pub lower_open: bool,
     /// Upper bound.
-    #[serde(with = "exact")]
+    #[serde(with = "float_bits")]
     pub upper: f64,
     /// Whether the upper bound itself is excluded.
     pub upper_open: bool,
@@ -108,7 +108,7 @@ pub struct Parameter {
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Default {
     /// A number.
-    Value(#[serde(with = "exact")] f64),
+    Value(#[serde(with = "float_bits")] f64),
     /// The value of an earlier parameter.
     SameAs(usize),
 }
@@ -158,7 +158,7 @@ pub struct SignalRead {
     /// Which.
     pub signal: Signal,
     /// Magnitude that matters, > 0, in the signal's unit.
-    #[serde(with = "exact")]
+    #[serde(with = "float_bits")]
     pub typical: f64,
 }
 

@@ -176,7 +176,7 @@ fn check_outputs(
     };
     let descriptor = kinetics.descriptor();
     Err(KineticsError::BadOutput(Box::new(BadValue {
-        law: kinetics.offender(quantity, batch),
+        law: kinetics.blamed_law(quantity, batch),
         call: quantity.call(!partials.is_empty()),
         quantity: quantity.describe(descriptor, of_partials, column),
         value,

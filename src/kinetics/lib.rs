@@ -18,16 +18,16 @@ mod combined;
 pub mod descriptor;
 pub mod differences;
 mod error;
-mod exact;
 mod feedback;
 pub mod field;
+mod float_bits;
 pub mod formula;
 mod host_law;
 mod library;
-mod memory;
 mod metadata;
 mod parameters;
 mod plugin;
+mod process_memory;
 mod quantity;
 pub mod search;
 mod signal;
@@ -106,12 +106,12 @@ pub trait Kinetics: Send + Sync + std::fmt::Debug {
     ///
     /// # Errors
     /// If no instance can be made.
-    fn without_parameter_columns(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
+    fn with_parameters_as_instances(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
         Ok(None)
     }
 
     /// What messages call the law that gives bad numbers for a quantity in this batch. Provided: this one.
-    fn offender(&self, _quantity: Quantity, _batch: &Batch<'_>) -> String {
+    fn blamed_law(&self, _quantity: Quantity, _batch: &Batch<'_>) -> String {
         self.descriptor().title()
     }
 }

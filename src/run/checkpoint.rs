@@ -219,7 +219,7 @@ impl Checkpoints {
 
     /// After a step: rebuilds the integrator where that is its turn; whether a checkpoint is due by the
     /// scene's schedule. Depends on nothing but steps and times.
-    pub(super) fn renew_integrator(&mut self, simulation: &mut Simulation) -> bool {
+    pub(super) fn renew_if_due(&mut self, simulation: &mut Simulation) -> bool {
         let due = self.passes(simulation.stepper.state.time);
         simulation.renew(due);
         due

@@ -174,7 +174,7 @@ impl<'a> Recorder<'a> {
     ) -> Result<Option<Ending>> {
         let stopwatch = Instant::now();
         let new = self.schedule.is_new(simulation.stepper.state.step);
-        let due = new && self.checkpoints.renew_integrator(simulation);
+        let due = new && self.checkpoints.renew_if_due(simulation);
         let frames_before = self.outputs.frame_count();
         let scheduled = self.schedule.is_due(simulation.stepper.state.time);
         let ending = match self.observe(simulation, latest, others) {
@@ -274,7 +274,7 @@ impl<'a> Recorder<'a> {
     ///
     /// # Errors
     /// Events that cannot be written, and an analysis of stability that fails.
-    pub(super) fn accept(
+    pub(super) fn step_accepted(
         &mut self,
         simulation: &mut Simulation,
         latest: &mut StepReport,

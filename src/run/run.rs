@@ -143,7 +143,7 @@ fn stepped(
         match simulation.step(recorder.target()) {
             Ok(report) => {
                 latest = report;
-                recorder.accept(simulation, &mut latest)?;
+                recorder.step_accepted(simulation, &mut latest)?;
             }
             Err(Error::Solve(SolveError::Interrupted)) => recorder.note_interruption(),
             Err(error) => return Err(recorder.stopped(simulation, error)),

@@ -107,7 +107,7 @@ pub const COLUMNS: [Column; 11] = [
     Column { title: "energy [energy]", of: |f| Some(last(f)?.energy) },
     Column { title: "time to steady", of: |f| f.steady },
     Column { title: "CPU [s]", of: |f| f.seconds },
-    Column { title: "memory [MB]", of: |f| f.megabytes() },
+    Column { title: "memory [MB]", of: |f| f.peak_resident_megabytes() },
     Column { title: "steps", of: |f| Some(real(usize::try_from(f.work?.steps).ok()?)) },
 ];
 

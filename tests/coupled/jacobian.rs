@@ -278,7 +278,8 @@ fn forces_follow_optimal_lengths() {
             let mut noise = Noise::new(77);
             let d: Vec<f64> = (0..edges).map(|_| noise.number()).collect();
             let mut exact = vec![Vec3::zeros(); x.len()];
-            potential.metric_derivatives(&x, &mut |i, e, by| exact[i] += d[e] * reference[e] * by);
+            potential
+                .mixed_metric_derivatives(&x, &mut |i, e, by| exact[i] += d[e] * reference[e] * by);
             let h = 1e-7;
             let mut at = |sign: f64| {
                 let moved: Vec<f64> =

@@ -73,7 +73,7 @@ impl Energy for Planted {
         terms.push(LowRank { stiffness, direction });
     }
 
-    fn metric_derivatives(
+    fn mixed_metric_derivatives(
         &self,
         _: &Shape<'_>,
         (): &mut (),

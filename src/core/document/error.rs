@@ -130,7 +130,7 @@ impl DocumentError {
     }
 
     /// The key of this very table that is not known.
-    pub(crate) fn as_unknown_key(&self) -> Option<&str> {
+    pub(crate) fn unknown_key_here(&self) -> Option<&str> {
         match &self.0.what {
             What::UnknownKey { key, .. } if self.0.path.is_empty() => Some(key),
             _ => None,

@@ -289,7 +289,7 @@ impl<const K: usize, E: Element<K> + 'static> Energy for Elements<K, E> {
         &self.species
     }
 
-    fn species_derivatives(
+    fn mixed_species_derivatives(
         &self,
         shape: &Shape<'_>,
         conditions: &Conditions<'_>,

@@ -64,7 +64,7 @@ pub struct Touching {
 
 /// A start whose parts were moved away from one another.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Separation {
+pub struct SeparatedStart {
     /// Its positions.
     pub x: Vec<Vec3>,
     /// Pairs that crossed or were too near.
@@ -176,7 +176,7 @@ pub trait Energy: Send + Sync + 'static {
         _shape: &Shape<'_>,
         _work: &mut Self::Work,
         _pins: &Pins,
-    ) -> Option<Separation> {
+    ) -> Option<SeparatedStart> {
         None
     }
 
@@ -184,7 +184,7 @@ pub trait Energy: Send + Sync + 'static {
     /// forces change with the optimal lengths. Which pairs come in which order depends on the sheet
     /// alone; a pair may come more than once, and then counts as the sum. Nothing for an energy
     /// that knows no optimal lengths.
-    fn metric_derivatives(
+    fn mixed_metric_derivatives(
         &self,
         _shape: &Shape<'_>,
         _work: &mut Self::Work,
@@ -195,7 +195,7 @@ pub trait Energy: Send + Sync + 'static {
     /// Hands all `∂²U/∂x_i∂C₀_v` that can be different from zero to `emit` as (i, v, vector): how the forces change with
     /// the spontaneous curvature that a law gives vertex v. Which pairs come in which order depends on the sheet alone.
     /// Nothing for an energy that knows none.
-    fn curvature_derivatives(
+    fn mixed_curvature_derivatives(
         &self,
         _shape: &Shape<'_>,
         _work: &mut Self::Work,
@@ -207,7 +207,7 @@ pub trait Energy: Send + Sync + 'static {
     /// vector): how the forces change with the value of a species at vertex v. Which come in which order depends on the sheet
     /// alone; one may come more than once, and then counts as the sum. The conditions are those of the last
     /// [`Energy::prepare`].
-    fn species_derivatives(
+    fn mixed_species_derivatives(
         &self,
         _shape: &Shape<'_>,
         _conditions: &Conditions<'_>,

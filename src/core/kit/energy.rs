@@ -232,7 +232,8 @@ fn by_lengths(
     // Lengths change in proportion to this.
     let change: Vec<f64> = (0..factor.len()).map(|e| if e % 3 == 0 { 1.0 } else { -0.4 }).collect();
     let mut exact = vec![Vec3::zeros(); x.len()];
-    potential.metric_derivatives(x, &mut |i, e, by| exact[i] += change[e] * reference[e] * by);
+    potential
+        .mixed_metric_derivatives(x, &mut |i, e, by| exact[i] += change[e] * reference[e] * by);
     let mut at = |step: f64| {
         let factor: Vec<f64> = factor.iter().zip(&change).map(|(f, w)| f + step * w).collect();
         potential.set_conditions(Some(&factor), time);
@@ -256,7 +257,7 @@ fn by_curvature(
     };
     set(potential, 0.0);
     let mut exact = vec![Vec3::zeros(); x.len()];
-    potential.curvature_derivatives(x, &mut |i, v, by| exact[i] += change(v) * by);
+    potential.mixed_curvature_derivatives(x, &mut |i, v, by| exact[i] += change(v) * by);
     let mut at = |step: f64| {
         set(potential, step);
         energy_and_gradient(potential, x).1
@@ -283,7 +284,7 @@ fn by_species(
     let [first, last] = [0.0, 1.0].map(|step| species_at(x.len(), s, step));
     let change: Vec<f64> = first.iter().zip(&last).map(|(a, b)| b - a).collect();
     let mut exact = vec![Vec3::zeros(); x.len()];
-    potential.species_derivatives(x, &mut |i, (species, v), by| {
+    potential.mixed_species_derivatives(x, &mut |i, (species, v), by| {
         if species == s {
             exact[i] += change[v] * by;
         }

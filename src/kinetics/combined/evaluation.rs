@@ -138,11 +138,11 @@ impl Kinetics for JointKinetics {
         !known.contains(&false)
     }
 
-    fn without_parameter_columns(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
+    fn with_parameters_as_instances(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
         let mut members = self.members.clone();
         let mut any = false;
         for part in &mut members {
-            if let Some(other) = part.kinetics.without_parameter_columns()? {
+            if let Some(other) = part.kinetics.with_parameters_as_instances()? {
                 (part.kinetics, any) = (Arc::from(other), true);
             }
         }
@@ -150,7 +150,7 @@ impl Kinetics for JointKinetics {
         Ok(any.then(|| Box::new(Self { descriptor, parameters, members }) as Box<dyn Kinetics>))
     }
 
-    fn offender(&self, quantity: Quantity, batch: &Batch<'_>) -> String {
+    fn blamed_law(&self, quantity: Quantity, batch: &Batch<'_>) -> String {
         let bad = |part: &&Part| {
             part.with_inputs(quantity, batch, |b| {
                 let outputs = quantity.outputs(part.kinetics.descriptor());

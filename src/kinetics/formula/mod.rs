@@ -11,7 +11,7 @@
 mod derivative;
 mod evaluation;
 mod field_formula;
-mod foreign;
+mod foreign_names;
 mod graph;
 mod interval;
 mod kinks;

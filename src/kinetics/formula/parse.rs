@@ -10,7 +10,7 @@
 
 use std::ops::Range;
 
-use super::foreign::written_here;
+use super::foreign_names::written_here;
 use crate::error::nearest;
 
 /// What is wrong with a formula, and where in its text.

@@ -256,7 +256,7 @@ impl Kinetics for PluginKinetics {
         }
     }
 
-    fn without_parameter_columns(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
+    fn with_parameters_as_instances(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
         if !self.takes_parameter_columns {
             return Ok(None);
         }

@@ -11,7 +11,7 @@
 //! has started, and ends when its parent does.
 
 mod child;
-mod columns;
+mod column_layout;
 mod grown;
 mod law;
 mod memory;

@@ -19,9 +19,9 @@ use crate::field::Columns;
 use crate::{Batch, Column, Descriptor, Feedback, Kinetics, KineticsError, Quantity, Signal};
 
 /// Points on a line.
-const LINE: usize = 1 << 15;
+const POINTS_PER_LINE: usize = 1 << 15;
 /// Lines along each input, with others half a step apart.
-const LINES: usize = 2;
+const LINES_PER_INPUT: usize = 2;
 /// Kinks of a line that are inspected.
 const KINKS: usize = 8;
 /// How often each is inspected more closely, and by how many points.
@@ -46,17 +46,17 @@ pub(super) fn look(kinetics: &dyn Kinetics, fields: &[Vec<f64>], seed: u64) -> C
     let mut lines = 0;
     for (input, axis) in axes(descriptor).into_iter().enumerate() {
         let Some(axis) = axis else { continue };
-        for line in 0..LINES {
+        for line in 0..LINES_PER_INPUT {
             let others =
                 Samples::new(descriptor, OTHERS, random.random()).with_parameters(fields, seed);
-            let shift = real(line) / real(LINES);
+            let shift = real(line) / real(LINES_PER_INPUT);
             let whole = others.with(true, |batch| {
                 along(kinetics, batch, OTHERS - 1 - line, (input, &axis), shift)
             })?;
             lines += usize::from(whole);
         }
     }
-    let points = lines * LINE;
+    let points = lines * POINTS_PER_LINE;
     Ok(match lines {
         0 => Verdict::Skipped("no input to vary, or a law that takes too long for it".into()),
         _ => {
@@ -92,11 +92,18 @@ impl Axis {
         };
         let (lower, upper) = (self.lower, self.upper);
         let mut points: Vec<f64> = match (lower.is_finite(), upper.is_finite()) {
-            (true, true) => (0..LINE).map(|k| lower + (upper - lower) * share(k, LINE)).collect(),
-            (true, false) => (0..LINE).map(|k| lower + size(share(k, LINE))).collect(),
-            (false, true) => (0..LINE).rev().map(|k| upper - size(share(k, LINE))).collect(),
+            (true, true) => (0..POINTS_PER_LINE)
+                .map(|k| lower + (upper - lower) * share(k, POINTS_PER_LINE))
+                .collect(),
+            (true, false) => {
+                (0..POINTS_PER_LINE).map(|k| lower + size(share(k, POINTS_PER_LINE))).collect()
+            }
+            (false, true) => (0..POINTS_PER_LINE)
+                .rev()
+                .map(|k| upper - size(share(k, POINTS_PER_LINE)))
+                .collect(),
             (false, false) => {
-                let half = LINE / 2;
+                let half = POINTS_PER_LINE / 2;
                 let negative = (0..half).rev().map(|k| -size(share(k, half)));
                 negative.chain((0..half).map(|k| size(share(k, half)))).collect()
             }
@@ -133,7 +140,7 @@ fn along(
     let (edges, begin) = (axis.edges(), Instant::now());
     line.values(&edges)?;
     let points = axis.points(shift);
-    if begin.elapsed().as_secs_f64() / real(edges.len().max(1)) * real(LINE)
+    if begin.elapsed().as_secs_f64() / real(edges.len().max(1)) * real(POINTS_PER_LINE)
         > PATIENCE.as_secs_f64()
     {
         return Ok(false);

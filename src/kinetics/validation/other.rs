@@ -101,7 +101,7 @@ pub(super) fn as_instances(
     kinetics: &dyn Kinetics,
     batch: &Batch<'_>,
 ) -> Result<(), KineticsError> {
-    let Some(other) = kinetics.without_parameter_columns()? else { return Ok(()) };
+    let Some(other) = kinetics.with_parameters_as_instances()? else { return Ok(()) };
     for quantity in compared(kinetics.descriptor()) {
         let batch = &batch.of(quantity);
         let found = values(kinetics, quantity, batch)?;

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use super::validate::{Check, Verdict};
 use crate::field::Columns;
 use crate::library::is_checked;
-use crate::memory::private_resident_bytes;
+use crate::process_memory::private_resident_bytes;
 use crate::{Batch, Kinetics, KineticsError, Quantity};
 
 /// Calls at one point, each compared with the first; fewer of a law that takes its time.

@@ -47,7 +47,7 @@ impl Meanings {
     }
 
     /// The row of the value itself: its meaning, with unit and default.
-    pub(super) fn whole(&self) -> Option<String> {
+    pub(super) fn own_text(&self) -> Option<String> {
         let key = self.path.last()?;
         let parent = self.path.iter().rev().nth(1);
         let dotted =

@@ -144,7 +144,7 @@ pub(super) fn describe(probe: &Probe, meanings: &Meanings) -> Described {
         1 => schemas.remove(0),
         _ => json!({ "anyOf": schemas }),
     };
-    if let (Some(text), Json::Object(object)) = (meanings.whole(), &mut schema) {
+    if let (Some(text), Json::Object(object)) = (meanings.own_text(), &mut schema) {
         object.insert("description".to_owned(), text.into());
     }
     Described { schema, example }

@@ -52,7 +52,7 @@ impl Cap {
         }
         let rim = (height * (2.0 * radius - height)).sqrt();
         let edge = edge_length(TAU * radius * height, TAU * rim, 2.0, vertices);
-        let across = 2.0 * radius * Self::opening(radius, height);
+        let across = 2.0 * radius * Self::half_opening(radius, height);
         if across < real(FEWEST_ACROSS) * edge {
             return Err(too_narrow("the arc over the cap", across / edge, FEWEST_ACROSS, vertices));
         }
@@ -68,7 +68,7 @@ impl Cap {
     }
 
     /// Angle at the centre of the sphere between the apex and the boundary.
-    fn opening(radius: f64, height: f64) -> f64 {
+    fn half_opening(radius: f64, height: f64) -> f64 {
         ((radius - height) / radius).acos()
     }
 }
@@ -101,8 +101,8 @@ impl Domain for Cap {
 
     fn constrain(&self, point: Vec3) -> Vec3 {
         let axial = point.x.hypot(point.y);
-        let most =
-            Self::opening(self.radius, self.height) - BOUNDARY_MARGIN * self.edge / self.radius;
+        let most = Self::half_opening(self.radius, self.height)
+            - BOUNDARY_MARGIN * self.edge / self.radius;
         let angle = axial.atan2(point.z).min(most);
         let r = self.radius * angle.sin() / axial.max(f64::MIN_POSITIVE);
         Vec3::new(r * point.x, r * point.y, self.radius * angle.cos())

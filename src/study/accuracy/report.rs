@@ -33,7 +33,7 @@ pub(super) fn csv(study: &Study, cases: &[Case]) -> String {
         row.extend(counts(point, ""));
         // Other programs do not count more.
         row.extend(work_cells(point.work().filter(|_| !point.is_peer()), &COUNTS));
-        row.extend([number(found.megabytes()), found.why_incomplete().to_owned()]);
+        row.extend([number(found.peak_resident_megabytes()), found.why_incomplete().to_owned()]);
         rows.push(row);
     }
     csv_table(&rows)

@@ -132,7 +132,7 @@ impl MemberResults {
     }
 
     /// Largest resident memory, MB.
-    pub(crate) fn megabytes(&self) -> Option<f64> {
+    pub(crate) fn peak_resident_megabytes(&self) -> Option<f64> {
         Some(real(usize::try_from(self.memory?).ok()?) / 1e6)
     }
 }

@@ -354,7 +354,7 @@ impl<R: RestAngle> Energy for HingeBending<R> {
         element::evaluate(&mesh, |h| &hinge[h], shape.x, &mut work.pull, gradient)
     }
 
-    fn metric_derivatives(
+    fn mixed_metric_derivatives(
         &self,
         shape: &Shape<'_>,
         work: &mut Self::Work,
@@ -396,7 +396,7 @@ impl<R: RestAngle> Energy for HingeBending<R> {
     }
 
     /// `-B l̄ ∂ψ` for the C₀ of a hinge, half of it for that of either end.
-    fn curvature_derivatives(
+    fn mixed_curvature_derivatives(
         &self,
         shape: &Shape<'_>,
         _: &mut Self::Work,

@@ -235,25 +235,25 @@ impl Energy for MeyerBending {
         }
     }
 
-    fn metric_derivatives(
+    fn mixed_metric_derivatives(
         &self,
         shape: &Shape<'_>,
         work: &mut Self::Work,
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
         if let Some(curved) = &self.curved {
-            curved.metric_derivatives(self, shape, work, emit);
+            curved.mixed_metric_derivatives(self, shape, work, emit);
         }
     }
 
-    fn curvature_derivatives(
+    fn mixed_curvature_derivatives(
         &self,
         shape: &Shape<'_>,
         work: &mut Self::Work,
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
         if let Some(curved) = &self.curved {
-            curved.curvature_derivatives(self, shape, work, emit);
+            curved.mixed_curvature_derivatives(self, shape, work, emit);
         }
     }
 

@@ -36,7 +36,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart, Material, Needs,
-    Pins, Separation, Touching,
+    Pins, SeparatedStart, Touching,
 };
 use crate::Vec3;
 use crate::geometry::proximity::{Kind, Proximity, Range, at};
@@ -298,7 +298,7 @@ impl Energy for Contacts {
         shape: &Shape<'_>,
         work: &mut ContactWork,
         pins: &Pins,
-    ) -> Option<Separation> {
+    ) -> Option<SeparatedStart> {
         if !self.separate {
             return None;
         }

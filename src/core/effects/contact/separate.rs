@@ -15,7 +15,7 @@
 //! side, and is left to be refused.
 
 use crate::Vec3;
-use crate::effects::{Pins, Separation};
+use crate::effects::{Pins, SeparatedStart};
 use crate::geometry::Crossings;
 use crate::geometry::proximity::{Kind, Pair, Proximity, Range, at, edge_edge, point_triangle};
 use crate::num::real;
@@ -48,7 +48,7 @@ struct Moves<'a> {
 impl Start<'_> {
     /// A shape without crossings whose gaps are wide enough; `None` where this one has them, or where there is none within
     /// the distance.
-    pub(super) fn separated(self) -> Option<Separation> {
+    pub(super) fn separated(self) -> Option<SeparatedStart> {
         let Self { sheet, x: start, pins, range, proximity } = self;
         let (mut x, mut crossings) = (start.to_vec(), Crossings::new(sheet));
         let mut pairs = None;
@@ -68,7 +68,7 @@ impl Start<'_> {
             if moves.pairs == 0 {
                 let moved = x.iter().zip(start).map(|(x, from)| (x - from).norm());
                 let moved = moved.fold(0.0, f64::max);
-                return Some(Separation { x, pairs: first, moved });
+                return Some(SeparatedStart { x, pairs: first, moved });
             }
             moves.apply(&mut x);
             let far = |(x, from): (&Vec3, &Vec3)| !((x - from).norm() <= range.points);

@@ -2,7 +2,7 @@
 
 use std::any::Any;
 
-use super::{Coupling, Energy, HessianPart, LowRank, Separation, Touching};
+use super::{Coupling, Energy, HessianPart, LowRank, SeparatedStart, Touching};
 use crate::Vec3;
 use crate::effects::Pins;
 use crate::geometry::{Conditions, Shape};
@@ -84,10 +84,10 @@ any_energy! {
     is_contact() -> bool;
     touching(shape: &Shape<'_>, work: &mut Work) -> Touching;
     refusal(shape: &Shape<'_>, work: &mut Work) -> Option<String>;
-    separate(shape: &Shape<'_>, work: &mut Work, pins: &Pins) -> Option<Separation>;
-    metric_derivatives(shape: &Shape<'_>, work: &mut Work, emit: &mut dyn FnMut(usize, usize, Vec3));
-    curvature_derivatives(shape: &Shape<'_>, work: &mut Work, emit: &mut dyn FnMut(usize, usize, Vec3));
-    species_derivatives(
+    separate(shape: &Shape<'_>, work: &mut Work, pins: &Pins) -> Option<SeparatedStart>;
+    mixed_metric_derivatives(shape: &Shape<'_>, work: &mut Work, emit: &mut dyn FnMut(usize, usize, Vec3));
+    mixed_curvature_derivatives(shape: &Shape<'_>, work: &mut Work, emit: &mut dyn FnMut(usize, usize, Vec3));
+    mixed_species_derivatives(
         shape: &Shape<'_>,
         conditions: &Conditions<'_>,
         work: &mut Work,

@@ -189,7 +189,7 @@ impl Energy for BondStretching {
         });
     }
 
-    fn metric_derivatives(
+    fn mixed_metric_derivatives(
         &self,
         shape: &Shape<'_>,
         work: &mut Self::Work,

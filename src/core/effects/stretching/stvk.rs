@@ -313,7 +313,7 @@ impl Energy for StvkStretching {
         element::add_hessian(&mesh, |t| &membrane[t], shape.x, part, &mut work.places, into);
     }
 
-    fn metric_derivatives(
+    fn mixed_metric_derivatives(
         &self,
         shape: &Shape<'_>,
         work: &mut Self::Work,

@@ -83,22 +83,30 @@ impl Potential {
     }
 
     /// Hands all `∂²U/∂x_i∂C₀_v` at `x` to `emit`, in an order that depends on the sheet alone.
-    pub fn curvature_derivatives(&mut self, x: &[Vec3], emit: &mut dyn FnMut(usize, usize, Vec3)) {
+    pub fn mixed_curvature_derivatives(
+        &mut self,
+        x: &[Vec3],
+        emit: &mut dyn FnMut(usize, usize, Vec3),
+    ) {
         self.each(energy::LENGTHS, x, |_, term, work, shape| {
-            term.curvature_derivatives(shape, work, emit)
+            term.mixed_curvature_derivatives(shape, work, emit)
         });
     }
 
     /// Hands all `∂²U/∂x_i∂l̄_e` at `x` to `emit`, in an order that depends on the sheet alone.
-    pub fn metric_derivatives(&mut self, x: &[Vec3], emit: &mut dyn FnMut(usize, usize, Vec3)) {
+    pub fn mixed_metric_derivatives(
+        &mut self,
+        x: &[Vec3],
+        emit: &mut dyn FnMut(usize, usize, Vec3),
+    ) {
         self.each(energy::LENGTHS, x, |_, term, work, shape| {
-            term.metric_derivatives(shape, work, emit)
+            term.mixed_metric_derivatives(shape, work, emit)
         });
     }
 
     /// Hands all `∂²U/∂x_i∂c_v` of the species that energies read at `x` to `emit`, in an order that depends on the sheet
     /// alone.
-    pub fn species_derivatives(
+    pub fn mixed_species_derivatives(
         &mut self,
         x: &[Vec3],
         emit: &mut dyn FnMut(usize, (usize, usize), Vec3),
@@ -110,7 +118,7 @@ impl Potential {
         let terms = mechanics.terms().iter().zip(work).zip(mechanics.meters());
         for ((term, work), meter) in terms.filter(|((term, _), _)| !term.species().is_empty()) {
             let _scope = meter.giving(energy::SPECIES);
-            term.species_derivatives(&shape, &conditions, work, emit);
+            term.mixed_species_derivatives(&shape, &conditions, work, emit);
         }
     }
 }

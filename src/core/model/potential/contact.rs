@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{Potential, energy};
 use crate::Vec3;
-use crate::effects::{EnergyTerm, Separation, Touching};
+use crate::effects::{EnergyTerm, SeparatedStart, Touching};
 use crate::geometry::{Face, Shape, sum_at_corners};
 use crate::parallel;
 
@@ -45,7 +45,7 @@ impl Potential {
     }
 
     /// A start near `x` that effects were asked to make of one that they refuse.
-    pub fn separate(&mut self, x: &[Vec3]) -> Option<Separation> {
+    pub fn separate(&mut self, x: &[Vec3]) -> Option<SeparatedStart> {
         let mechanics = Arc::clone(&self.mechanics);
         let mut first = None;
         self.each(energy::STEPS, x, |_, term, work, shape| {

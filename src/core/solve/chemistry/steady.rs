@@ -89,7 +89,7 @@ impl SteadyChemistry {
             let newton = prepared(&mut self.newton, jacobian)?;
             let diagonals = |_| (steps.inverse, 1.0);
             let solved = newton.solve(jacobian, diagonals, &mut change, model.tally());
-            if !steps.are_solved(solved)? {
+            if !steps.after_linear_solve(solved)? {
                 continue;
             }
             let at = Iterate { model, state, y: &y, rate: &rate, tolerance: (rtol, &tolerance) };
@@ -138,7 +138,7 @@ impl Steps {
 
     /// Whether a linear system was solved. A shorter step makes a matrix easier that could not be solved with; with no step to
     /// speak of it is the identity.
-    fn are_solved(&mut self, solved: std::result::Result<(), LinearError>) -> Result<bool> {
+    fn after_linear_solve(&mut self, solved: std::result::Result<(), LinearError>) -> Result<bool> {
         let Err(failure) = solved else {
             self.failures = 0;
             return Ok(true);

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use crate::memory::private_resident_bytes;
+use crate::process_memory::private_resident_bytes;
 
 /// Looks come every so many calls; the first one says what is needed.
 const EVERY: u64 = 256;

@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 
 use super::IsolatedLibrary;
 use super::child::Asked;
-use super::columns::Columns;
+use super::column_layout::ColumnLayout;
 use super::memory::Lane;
 use super::reply::{CallProblem, CreateRequest};
 use crate::descriptor::Descriptor;
@@ -99,7 +99,7 @@ impl Kinetics for IsolatedKinetics {
         let inputs = || batch.inputs().chain(batch.parameters);
         let vary: Vec<bool> = inputs().map(|column| column.parts().1 > 0).collect();
         let too_many = || self.library.process.no_room(&std::io::ErrorKind::OutOfMemory.into());
-        let columns = Columns::new(vary.iter().copied(), parts[3] + parts[4], batch.count)
+        let columns = ColumnLayout::new(vary.iter().copied(), parts[3] + parts[4], batch.count)
             .ok_or_else(too_many)?;
         let mut lane = self.library.process.lane();
         lane.room(columns.bytes).map_err(|error| self.library.process.no_room(&error))?;
@@ -132,7 +132,7 @@ impl Kinetics for IsolatedKinetics {
         Ok(warning)
     }
 
-    fn without_parameter_columns(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
+    fn with_parameters_as_instances(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
         if !self.takes_parameter_columns {
             return Ok(None);
         }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::memory::CALLS;
 use crate::descriptor::Descriptor;
-use crate::{Batch, KineticsError, Outcome, Site, Unreliable, exact};
+use crate::{Batch, KineticsError, Outcome, Site, Unreliable, float_bits};
 
 /// The parent's request to create a law.
 #[derive(Debug, Serialize, Deserialize)]
@@ -24,7 +24,7 @@ pub(super) enum CallProblem {
     Retry {
         call: String,
         point: Option<usize>,
-        #[serde(with = "exact")]
+        #[serde(with = "float_bits")]
         factor: f64,
         message: String,
     },

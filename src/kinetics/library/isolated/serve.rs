@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use super::super::global_state::{check_global_state, keep_open};
 use super::super::{Library, PluginKinetics, take_destroy_error};
-use super::columns::Columns;
+use super::column_layout::ColumnLayout;
 use super::grown::Grown;
 use super::memory::{ANSWERED, ASKED, CALLS, Head, LOCATIONS, Lane, Memory};
 use super::reply::{CallProblem, CreateRequest};
@@ -197,7 +197,7 @@ impl ServerState {
         let vary: Vec<bool> =
             // SAFETY: there is room, and it is our turn.
             (0..inputs).map(|k| unsafe { lane.data().cast::<u64>().add(k).read() } != 0).collect();
-        let columns = Columns::new(vary.iter().copied(), values + partials, count);
+        let columns = ColumnLayout::new(vary.iter().copied(), values + partials, count);
         let columns = columns.ok_or_else(invalid_request)?;
         room(lane, columns.bytes)?;
 

@@ -305,7 +305,7 @@ impl CurvedRest {
     }
 
     /// Derivatives of the forces by optimal lengths, after [`CurvedRest::fill_derivatives`] at the shape.
-    pub(super) fn metric_derivatives(
+    pub(super) fn mixed_metric_derivatives(
         &self,
         bending: &MeyerBending,
         shape: &Shape<'_>,
@@ -316,7 +316,7 @@ impl CurvedRest {
         self.fill_derivatives(bending, shape, work);
         let MeyerWork { gathered, curved, .. } = work;
         let curved = curved.get_or_insert_default();
-        shaped.hinges.metric_derivatives(shape, &mut curved.hinge, emit);
+        shaped.hinges.mixed_metric_derivatives(shape, &mut curved.hinge, emit);
         let sheet = shape.sheet;
         let (metric, time) = (shape.metric, shape.time);
         let conditions = Conditions { sheet, metric, time, internal: &[], species: &[] };
@@ -345,7 +345,7 @@ impl CurvedRest {
 impl CurvedRest {
     /// `∂²U/∂x∂C₀ = B (C₀ ∂A - ∂p)` of the rings of interior vertices, `∂p = J + (a/(2A) - 2H⁰) ∂A` with the J of
     /// [`SecondFactors`].
-    pub(super) fn curvature_derivatives(
+    pub(super) fn mixed_curvature_derivatives(
         &self,
         bending: &MeyerBending,
         shape: &Shape<'_>,

@@ -59,12 +59,12 @@ pub(super) fn residual_by_middle(
         }
     };
     if at.curvature_slopes.is_some() {
-        potential.curvature_derivatives(&at.state.x, &mut |vertex, v, by| {
+        potential.mixed_curvature_derivatives(&at.state.x, &mut |vertex, v, by| {
             add(vertex, curvatures + v, by);
         });
     }
     if !at.read.is_empty() {
-        potential.species_derivatives(&at.state.x, &mut |vertex, (s, v), by| {
+        potential.mixed_species_derivatives(&at.state.x, &mut |vertex, (s, v), by| {
             if let Some(k) = at.read.iter().position(|read| *read == s) {
                 add(vertex, species + k * vertices + v, by);
             }
@@ -74,7 +74,7 @@ pub(super) fn residual_by_middle(
         return;
     }
     if layout.mechanical() > 0 {
-        potential.metric_derivatives(&at.state.x, &mut add);
+        potential.mixed_metric_derivatives(&at.state.x, &mut add);
     }
     let Some((chemistry, partials)) = &at.chemistry else { return };
     let (inputs, held) = (chemistry.descriptor().inputs(), chemistry.held());

@@ -14,13 +14,13 @@ const WORD: usize = size_of::<u64>();
 
 /// Where the columns are: offset into the data, and values.
 #[derive(Debug)]
-pub(super) struct Columns {
+pub(super) struct ColumnLayout {
     pub(super) inputs: SmallVec<[(usize, usize); 8]>,
     pub(super) outputs: SmallVec<[(usize, usize); 8]>,
     pub(super) bytes: usize,
 }
 
-impl Columns {
+impl ColumnLayout {
     /// Of inputs that vary or do not, and so many outputs, at so many points; `None` if there are too
     /// many for an address.
     pub(super) fn new(
