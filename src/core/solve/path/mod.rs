@@ -17,9 +17,10 @@
 //! W is the drag of the scene, which sets the direction of motion in jumps and nothing else, and η a factor that makes
 //! it small: over the whole step the weight is 10⁻⁷ of the stretching stiffness on average. Waves that are stiffer than
 //! that stay in equilibrium; a soft or unstable mode moves by a bounded distance in a sub-step. Half the distance
-//! between x_k+1 and where the last velocity led estimates the error, which controls Δt_k; a minimisation that leaves
-//! the trust region about that prediction is rejected early. What lag the viscosity leaves at the end vanishes in the
-//! last minimisation, so smooth paths are followed exactly.
+//! between x_k+1 and where the last velocity led estimates the error, of the sheet and of every vertex, which controls Δt_k;
+//! a minimisation that leaves the trust region about that prediction is rejected early. Where the error does not fall with
+//! Δt_k (`stall`), the shape jumps. What lag the viscosity leaves at the end vanishes in the last minimisation, so smooth
+//! paths are followed exactly.
 //!
 //! References: Agostiniani & Rossi, Singular vanishing-viscosity limits of gradient flows: the finite-dimensional
 //! case, J. Differential Equations 263 (2017); Scilla & Solombrino, arXiv:1712.06182 (minimising movements
@@ -227,7 +228,7 @@ impl EquilibriumPath {
         let length = until - course.t;
         let jumps = course.stall.reject((course.t, until), error);
         // A start is let go as slowly as it takes.
-        if jumps && !route.is_held() && is_open(workspace, route, state, (course.t, until)) {
+        if jumps && !route.is_held() && way_is_free(workspace, route, state, (course.t, until)) {
             return self.jump(workspace, route, state, (course, until));
         }
         course.step = length * course.stall.shrink(length, error);
@@ -338,7 +339,7 @@ fn come_to_rest(
 }
 
 /// Whether obstacles, while the clock goes from `t` to `until`, leave the shape of `state` where it is.
-fn is_open(
+fn way_is_free(
     workspace: &mut Workspace,
     route: &Route<'_>,
     state: &State,
