@@ -37,8 +37,9 @@
 //!       ‖x_{n+1} - x*‖ / ((atol edge + rtol max|x - X|) √n)                             the larger
 //! ```
 //!
-//! and Δt_new is at most the longest sub-step that the path of a quasi-static shape allows (`path`), where rates read
-//! signals: species say nothing of how fast these change in the step to come. n is the number of points that carry the pattern or change ([`Model::species_misfit`](crate::model::Model::species_misfit)).
+//! with n the number of points that carry the pattern or change ([`Model::species_misfit`](crate::model::Model::species_misfit)).
+//! Where rates read signals, Δt_new is at most the longest sub-step that the path of a quasi-static shape allows (`path`):
+//! the species do not show how signals change in the step to come.
 //!
 //! Internal variables of effects ([`Internal`](crate::effects::Internal)) go as the species do: predicted on the shape
 //! x_n, corrected on the straight line from x_n to x*, by the stabilised explicit method; their correction is part of err,

@@ -285,6 +285,7 @@ struct Course {
     done: Relaxation,
     /// The start of the last sub-step.
     before: Option<Before>,
+    /// What was rejected since.
     stall: Stall,
 }
 

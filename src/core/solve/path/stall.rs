@@ -3,7 +3,7 @@
 //! The distance between a sub-step and its prediction falls with its length along a branch, at a fold at the end of one
 //! with the square root. Where it does not, the shape jumps, and shorter sub-steps would only look for the instant.
 
-use super::{SHRINK, factor};
+use super::{SAFETY, SHRINK, factor};
 
 /// A sub-step jumps if it has at most this share of the length of one that was rejected before it, or this where it has no
 /// result, which may be the solver's fault,
@@ -44,7 +44,7 @@ impl Stall {
     /// Share of its `length` at which a rejected sub-step is repeated.
     pub(super) fn shrink(&self, length: f64, error: f64) -> f64 {
         let again = self.0.is_some_and(|first| length < first.length);
-        if again { SHRINK } else { factor(error, super::SAFETY) }
+        if again { SHRINK } else { factor(error, SAFETY) }
     }
 
     /// A sub-step to `until` is accepted.
