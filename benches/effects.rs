@@ -44,7 +44,7 @@ const EFFECTS: [(&str, &str); 11] = [
     ("shell of hinges", "kind = 'bending'\nmodel = 'hinge'\nrest = 'mesh'"),
 ];
 
-const TOGETHER: [&[usize]; 7] =
+const COMBINATIONS: [&[usize]; 7] =
     [&[0, 2], &[1, 2], &[0, 6], &[2, 5], &[0, 3], &[4, 6], &[0, 1, 2, 3, 4, 5, 6]];
 
 /// One scene: what it evaluates, and what that took.
@@ -166,7 +166,7 @@ fn at_size(vertices: usize, scope: f64) -> Result<()> {
     let wave = |x: &Vec3| 1.0 + 0.02 * (5.0 * x.x / radius).sin() * (4.0 * x.y / radius).cos();
     let x: Vec<Vec3> = sheet.rest().iter().map(|x| wave(x) * x).collect();
     let alone = (0..EFFECTS.len()).map(|e| vec![e]);
-    let scenes: Vec<Vec<usize>> = alone.chain(TOGETHER.map(<[usize]>::to_vec)).collect();
+    let scenes: Vec<Vec<usize>> = alone.chain(COMBINATIONS.map(<[usize]>::to_vec)).collect();
     let mut cases = Vec::new();
     for scene in &scenes {
         // Each on a sheet of its own, which keeps tables that effects ask it for.

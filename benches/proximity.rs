@@ -24,8 +24,8 @@ use rumple::sheet::Sheet;
 const REACH: f64 = 1.0;
 const RANGE: Range = Range { points: REACH, edges: 0.5 * REACH, shrinkage: 1.0 };
 /// Layers of pleats are this far apart, and straight on this length, in edges.
-const GAP: f64 = 0.9 * REACH;
-const STRAIGHT: f64 = 12.0;
+const LAYER_GAP: f64 = 0.9 * REACH;
+const STRAIGHT_LENGTH: f64 = 12.0;
 
 /// A square of about `vertices` vertices that are 1 apart.
 fn square(vertices: u32) -> Result<Sheet, Box<dyn std::error::Error>> {
@@ -48,14 +48,14 @@ fn bent(sheet: &Sheet) -> Vec<Vec3> {
 
 /// In pleats of straight layers and half circles.
 fn pleated(sheet: &Sheet) -> Vec<Vec3> {
-    let radius = 0.5 * GAP;
+    let radius = 0.5 * LAYER_GAP;
     let at = |x: &Vec3| {
-        let period = STRAIGHT + PI * radius;
+        let period = STRAIGHT_LENGTH + PI * radius;
         let (layer, s) = ((x.x / period).floor(), x.x.rem_euclid(period));
         let side = if layer.rem_euclid(2.0) == 0.0 { 1.0 } else { -1.0 };
-        let turn = (s - STRAIGHT).max(0.0) / radius;
-        let along = s.min(STRAIGHT) - 0.5 * STRAIGHT + radius * turn.sin();
-        Vec3::new(side * along, x.y, GAP * layer + radius * (1.0 - turn.cos()))
+        let turn = (s - STRAIGHT_LENGTH).max(0.0) / radius;
+        let along = s.min(STRAIGHT_LENGTH) - 0.5 * STRAIGHT_LENGTH + radius * turn.sin();
+        Vec3::new(side * along, x.y, LAYER_GAP * layer + radius * (1.0 - turn.cos()))
     };
     sheet.rest().iter().map(at).collect()
 }

@@ -12,10 +12,10 @@ use crate::common::{Result, first_line};
 use crate::problem::{read_sheet, write_positions};
 
 /// Longest wall time of one baseline, seconds.
-const WALL: &str = "7200";
+const WALL_TIME_LIMIT: &str = "7200";
 
 /// Height of the noise in the starts of the hard relaxation.
-const NOISE: f64 = 0.01;
+const NOISE_HEIGHT: f64 = 0.01;
 
 /// A scratch copy with everything built.
 pub struct Baselines {
@@ -121,7 +121,7 @@ impl Baselines {
         let mut random = ChaCha8Rng::seed_from_u64(noise);
         let mut x = sheet.rest().to_vec();
         for (x, boundary) in x.iter_mut().zip(sheet.boundary()) {
-            let height: f64 = random.random_range(-NOISE..=NOISE);
+            let height: f64 = random.random_range(-NOISE_HEIGHT..=NOISE_HEIGHT);
             x.z = if *boundary { 0.0 } else { height };
         }
         write_positions(&start, &x)?;
@@ -147,7 +147,7 @@ impl Baselines {
     /// PETSc TAO on the hard relaxation to a relative gradient of 1e-6; its positions are read from
     /// the second value.
     pub fn tao(&self, name: &str, solver: &str) -> Result<(Reached, PathBuf)> {
-        let text = finish(self.run_python(&["tao_A.py", name, solver, WALL]))?;
+        let text = finish(self.run_python(&["tao_A.py", name, solver, WALL_TIME_LIMIT]))?;
         let end = text.lines().rfind(|line| line.starts_with("END"));
         let end = end.ok_or_else(|| format!("TAO printed no END line: {text}"))?;
         let reached = Reached {
@@ -166,7 +166,7 @@ impl Baselines {
         command
             .arg(mesh)
             .args(["--benchA", "1", "--grad", "an", "--amax", "1.5", "--start", &start])
-            .args(["--wall", WALL]);
+            .args(["--wall", WALL_TIME_LIMIT]);
         let mut reached = None;
         self.watch(&mut command, |line| {
             let relative = value(line, "rel|g|").unwrap_or(f64::INFINITY);
@@ -206,7 +206,7 @@ impl Baselines {
         let name = format!("coupled_tao_to_{until}.py");
         fs::write(self.root.join("A").join(&name), ended)?;
         let (n, step) = (vertices.to_string(), step.to_string());
-        let mut command = self.run_python(&[&name, &n, "5e-3", WALL, &step]);
+        let mut command = self.run_python(&[&name, &n, "5e-3", WALL_TIME_LIMIT, &step]);
         let at_end = format!("t {until:.1} ");
         let (mut last, mut end) = (None, None);
         self.watch(&mut command, |line| {

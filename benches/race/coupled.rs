@@ -26,7 +26,7 @@ const STEP: f64 = 0.5;
 const THEIR_TOLERANCE: f64 = 5e-3;
 
 /// Species above this have expanded the sheet.
-const SWITCH: f64 = 0.1;
+const EXPANSION_THRESHOLD: f64 = 0.1;
 
 /// One of our sides.
 struct Entry {
@@ -163,7 +163,7 @@ axes = "z"
 [kinetics]
 plugin = "curvature-feedback"
 location = "face"
-parameters = {{ c_star = {SWITCH:?} }}
+parameters = {{ c_star = {EXPANSION_THRESHOLD:?} }}
 initial.c = {{ gaussian = {{ width = 8.0, amplitude = 0.3 }} }}
 
 [time]
@@ -217,7 +217,7 @@ fn ours(
     let residual = at.potential()?.residual(&gradient);
     let share = match at.species_at_vertices().first() {
         None => f64::NAN,
-        Some(c) => real(c.iter().filter(|c| **c > SWITCH).count()) / real(vertices),
+        Some(c) => real(c.iter().filter(|c| **c > EXPANSION_THRESHOLD).count()) / real(vertices),
     };
     let steps = real(usize::try_from(state.step)? + 1);
     let failed = match &done {

@@ -19,7 +19,7 @@ use crate::problem::{
 use crate::{Baselines, Options, overdamped};
 
 /// What all sides are asked for.
-const RELATIVE: f64 = 1e-6;
+const RELATIVE_TOLERANCE: f64 = 1e-6;
 
 /// What the seed's descent reaches in some minutes.
 const DESCENT_REACHES: f64 = 2e-3;
@@ -61,7 +61,7 @@ pub fn race(
         checks += &check(baselines, &name, &sheet, &start, noise)?;
         let mut rows = Vec::new();
         for method in &options.method {
-            rows.push(ours(options, method, &sheet, &start, RELATIVE)?);
+            rows.push(ours(options, method, &sheet, &start, RELATIVE_TOLERANCE)?);
         }
         if !options.ours {
             let (reached, positions) = baselines.tao(&name, "blmvm")?;
@@ -192,10 +192,10 @@ fn slow_motion(sheet: &Arc<Sheet>, start: &Path, tolerance: f64) -> Result<Row> 
     grow(&mut mechanics);
     let (_, norm) = energy_and_norm(&mut mechanics, &x);
     let began = cpu_seconds()?;
-    let done = overdamped::follow(&mut mechanics, &mut x, tolerance, RELATIVE)?;
+    let done = overdamped::follow(&mut mechanics, &mut x, tolerance, RELATIVE_TOLERANCE)?;
     let cpu = cpu_seconds()? - began;
     let (energy, last) = energy_and_norm(&mut mechanics, &x);
-    let stopped = match (done.collapsed, last <= RELATIVE * norm) {
+    let stopped = match (done.collapsed, last <= RELATIVE_TOLERANCE * norm) {
         (true, _) => ": a triangle collapses",
         (false, true) => "",
         (false, false) => ": no step can be made",

@@ -43,9 +43,9 @@ const AREA_SHARE: f64 = 0.5;
 /// Energy differences below this share of the energy are round-off.
 const ROUND_OFF: f64 = 1e-12;
 /// Steps below this share of the first one lead nowhere.
-const SHORTEST: f64 = 1e-12;
+const MIN_STEP_SHARE: f64 = 1e-12;
 /// A triangle with an angle below this has collapsed, degrees.
-const COLLAPSED: f64 = 0.01;
+const COLLAPSED_ANGLE: f64 = 0.01;
 
 /// Work of a motion.
 #[derive(Debug, Default)]
@@ -84,7 +84,7 @@ pub fn follow(
     let (mut step, mut fresh) = (0.1 * first, true);
     let mut trial = vec![Vec3::zeros(); n];
     let mut trial_gradient = vec![Vec3::zeros(); n];
-    while norm(&gradient) > goal && !work.collapsed && step > SHORTEST * first {
+    while norm(&gradient) > goal && !work.collapsed && step > MIN_STEP_SHARE * first {
         if !fresh {
             mechanics.hessian(x, HessianPart::Full, &mut hessian)?;
             fresh = true;
@@ -116,7 +116,7 @@ pub fn follow(
             (energy, fresh) = (e, false);
             work.steps += 1;
             let angle = smallest_angle(mechanics.sheet(), x);
-            work.collapsed = angle < COLLAPSED;
+            work.collapsed = angle < COLLAPSED_ANGLE;
             if work.steps.is_multiple_of(50) {
                 let now = norm(&gradient) / goal * relative;
                 eprintln!(

@@ -10,7 +10,7 @@ use crate::common::{Result, Table, number};
 use crate::list::Entry;
 
 /// Energies count as the same up to this share.
-const SAME: f64 = 0.01;
+const ENERGY_TOLERANCE: f64 = 0.01;
 
 /// What came of one relaxation by one method.
 #[derive(Debug, Clone, Default)]
@@ -136,7 +136,7 @@ impl Results {
                 .collect();
             // Who stops on a saddle or in a minimum high above is not compared.
             let own = row[0].filter(|o| o.failure.is_none()).map(|o| o.energy);
-            let low = |e: f64| own.is_none_or(|own| e <= own + SAME * own.abs());
+            let low = |e: f64| own.is_none_or(|own| e <= own + ENERGY_TOLERANCE * own.abs());
             let best = done
                 .iter()
                 .filter(|d| low(d.1.energy))

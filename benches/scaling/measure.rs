@@ -41,7 +41,7 @@ const RADIUS: f64 = 100.0;
 const LONG_ENOUGH: f64 = 0.5;
 
 /// What a factorisation needs beside the factor, as a multiple of it.
-const WORKSPACE: f64 = 1.3;
+const WORKSPACE_FACTOR: f64 = 1.3;
 
 /// The row of one size.
 pub fn row(options: &Options, vertices: usize) -> Result<Vec<String>> {
@@ -95,7 +95,7 @@ fn measure_factor(
     row.push(seconds(patterned + analysed));
     // Its memory is set aside but not touched before the first factorisation.
     let size = 4.0 * real(cholesky.factor_size()) / f64::from(1 << 30);
-    let fits = WORKSPACE * size < gibibytes("/proc/meminfo", "MemAvailable:")?;
+    let fits = WORKSPACE_FACTOR * size < gibibytes("/proc/meminfo", "MemAvailable:")?;
     if fits {
         let (done, factorised) = timed(|| cholesky.factorise(hessian))?;
         done.map_err(|_| "the positive part of the Hessian is not positive")?;

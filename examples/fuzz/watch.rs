@@ -14,11 +14,11 @@ use crate::readers::{Reader, root};
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
 /// Longer than this nothing may take.
-const HANG: Duration = Duration::from_secs(10);
+const TIME_LIMIT: Duration = Duration::from_secs(10);
 /// Until the process is ready, with runs that some readers need.
-const START: Duration = Duration::from_secs(120);
+const START_UP_LIMIT: Duration = Duration::from_secs(120);
 /// Address space of the process that reads, KiB: a larger allocation ends it.
-const ROOM: usize = 8 << 20;
+const ADDRESS_SPACE_KIB: usize = 8 << 20;
 
 /// What all inputs of a reader came to.
 #[derive(Default)]
@@ -115,7 +115,7 @@ fn start(
     seeds: &Path,
     room: &Path,
 ) -> std::io::Result<Child> {
-    let limit = format!("ulimit -v {ROOM}; exec \"$@\"");
+    let limit = format!("ulimit -v {ADDRESS_SPACE_KIB}; exec \"$@\"");
     Command::new("sh")
         .args(["-c", &limit, "sh"])
         .arg(std::env::current_exe()?)
@@ -151,7 +151,7 @@ fn watch(
     lines: &Receiver<String>,
     row: &mut Row,
 ) -> Option<&'static str> {
-    let mut patience = START;
+    let mut patience = START_UP_LIMIT;
     while row.inputs < options.inputs {
         match lines.recv_timeout(patience) {
             Ok(line) => {
@@ -162,7 +162,7 @@ fn watch(
             Err(RecvTimeoutError::Timeout) => return Some("hang"),
             Err(RecvTimeoutError::Disconnected) => return Some("crash"),
         }
-        patience = HANG;
+        patience = TIME_LIMIT;
     }
     None
 }

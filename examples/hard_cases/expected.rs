@@ -5,7 +5,7 @@ use super::ledger::Ledger;
 use super::trial::Ended;
 
 /// What memory may grow by, and speed fall by, from the first to the last tenth of a run.
-const SAME: f64 = 1.1;
+const MAX_DRIFT: f64 = 1.1;
 
 /// In words, one each; none if all is as expected.
 pub fn faults(case: &Case, ended: &Ended) -> Vec<String> {
@@ -45,7 +45,7 @@ pub fn faults(case: &Case, ended: &Ended) -> Vec<String> {
     }
     if case.steady {
         let (memory, speed) = (growth(&ended.memory), growth(&paces(&ended.ledger)));
-        if !(memory < SAME && speed < SAME) {
+        if !(memory < MAX_DRIFT && speed < MAX_DRIFT) {
             faults
                 .push(format!("memory grew by {memory:.2}, steps became {speed:.2} times as long"));
         }

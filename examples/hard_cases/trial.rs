@@ -112,9 +112,9 @@ pub fn run(place: &Where, name: &str, command: &str, value: &str, limit: f64) ->
 
 /// Waits and samples the resident memory.
 fn wait(child: &mut Child) -> Outcome<(ExitStatus, Vec<f64>)> {
-    const PAUSE: Duration = Duration::from_millis(20);
+    const POLL_INTERVAL: Duration = Duration::from_millis(20);
     let (mut memory, mut looked) = (Vec::new(), Instant::now());
-    let mut between = PAUSE;
+    let mut between = POLL_INTERVAL;
     loop {
         if let Some(status) = child.try_wait()? {
             return Ok((status, memory));
@@ -125,7 +125,7 @@ fn wait(child: &mut Child) -> Outcome<(ExitStatus, Vec<f64>)> {
             // Long runs are sampled less often.
             between = (between + between / 50).min(Duration::from_secs(1));
         }
-        std::thread::sleep(PAUSE);
+        std::thread::sleep(POLL_INTERVAL);
     }
 }
 

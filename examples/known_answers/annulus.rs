@@ -31,7 +31,7 @@ use super::{Models, Outcome, STVK_MEYER, Sample, mechanics};
 const MODELS: Models = STVK_MEYER;
 const MATERIAL: Material = Material { young: 1.0, poisson: 1.0 / 3.0, thickness: 0.02 };
 /// Most waves around that are tried.
-const WAVES: usize = 6;
+const MAX_WAVES: usize = 6;
 
 /// An annulus that has grown, in units of the strain of theory.
 struct Grown {
@@ -123,7 +123,7 @@ fn first_mode(rims: [f64; 2]) -> (f64, usize) {
         }
         (low, m)
     };
-    (0..=WAVES).map(of).min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default()
+    (0..=MAX_WAVES).map(of).min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default()
 }
 
 /// The annulus with two rows of fixed vertices at each rim, and the radii midway between them.
@@ -182,7 +182,7 @@ pub fn wrinkled(vertices: usize) -> Outcome<Wrinkled> {
         };
         part(f64::cos).powi(2) + part(f64::sin).powi(2)
     };
-    let found = (0..=WAVES).max_by(|a, b| power(*a).total_cmp(&power(*b))).unwrap_or_default();
+    let found = (0..=MAX_WAVES).max_by(|a, b| power(*a).total_cmp(&power(*b))).unwrap_or_default();
     let strain = Sample::new(&sheet, point.parameter * exact, exact);
     Ok(Wrinkled { strain, waves: [found, waves] })
 }

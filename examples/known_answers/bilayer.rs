@@ -35,7 +35,7 @@ const RADIUS: f64 = 10.0;
 const MATERIAL: Material = Material { young: 1e4, poisson: 0.3, thickness: 0.2 };
 const STRETCHING: &str = "kind = 'stretching'\nmodel = 'stvk'\nmodulus = 'plate'";
 /// C₀ of the troughs that are fitted, in units of the critical one.
-const FITTED: [f64; 4] = [1.15, 1.3, 1.45, 1.6];
+const FITTED_CURVATURES: [f64; 4] = [1.15, 1.3, 1.45, 1.6];
 
 /// The critical C₀.
 fn critical() -> f64 {
@@ -73,7 +73,7 @@ pub fn bilayer(vertices: usize) -> Outcome<Bilayer> {
     let trough = |x: &Vec3| Vec3::new(x.x, x.y, 0.25 * critical() * x.x * x.x);
     let mut x: Vec<Vec3> = sheet.rest().iter().map(trough).collect();
     let mut found: Vec<[f64; 2]> = Vec::new();
-    for share in FITTED {
+    for share in FITTED_CURVATURES {
         let curvature = share * critical();
         let bending = format!("kind = 'bending'\nmodel = 'meyer'\ncurvature = {curvature:e}");
         let pins = vec![[false; 3]; x.len()];

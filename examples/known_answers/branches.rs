@@ -144,14 +144,14 @@ pub fn points<S: System>(
     enough: impl Fn(&Point) -> bool,
 ) -> Result<Vec<Point>, S::Error> {
     let mut all = Vec::new();
-    while !branch.has_ended() && !all.last().is_some_and(&enough) && all.len() < MOST {
+    while !branch.has_ended() && !all.last().is_some_and(&enough) && all.len() < MAX_POINTS {
         all.extend(branch.advance()?);
     }
     Ok(all)
 }
 
 /// Most points of a branch.
-const MOST: usize = 200;
+const MAX_POINTS: usize = 200;
 
 /// P/P_E of the elastica whose amplitude is `share` of its length.
 fn elastica(share: f64) -> f64 {

@@ -36,7 +36,7 @@ const MODELS: Models = SHELL_MEYER;
 /// λ.
 const SHALLOWNESS: f64 = 3.5;
 /// Largest load, in units of q₀.
-const MOST: f64 = 0.8;
+const MAX_LOAD: f64 = 0.8;
 
 /// A cap under a load in units of q₀.
 struct Cap {
@@ -131,7 +131,7 @@ pub fn cap(vertices: usize) -> Outcome<Snap> {
     let rest: Vec<Vec3> = flat.sheet.rest().iter().map(lift).collect();
     let sheet = Arc::new(Sheet::new(rest.clone(), flat.sheet.triangles().to_vec())?);
     let mut family = Cap { sheet: Arc::clone(&sheet), pins: flat.pins, material, zoelly };
-    let settings = Settings::over(0.0..=MOST, family.potential(0.0)?.mechanics());
+    let settings = Settings::over(0.0..=MAX_LOAD, family.potential(0.0)?.mechanics());
     let settings = Settings { length: thickness, longest_step: 0.2, tolerance: 1e-9, ..settings };
     let mut branch = Continuation::new(family, (rest, 0.0), true, settings, &Control::default())?;
     let all = points(&mut branch, |_| false)?;

@@ -41,7 +41,7 @@ use super::{Outcome, STVK_HINGE, Sample, area_load, critical, energy, mechanics,
 /// `∫ √sin θ dθ` over a quarter.
 const QUARTER: f64 = 1.198_140_234_7;
 /// Where the walls of a ring touch.
-const TOUCH: f64 = 5.246_9;
+const TOUCHING_LOAD: f64 = 5.246_9;
 
 /// What the barrier carries at the distance u, in units of κ and of the reach.
 fn carried(u: f64) -> f64 {
@@ -276,12 +276,12 @@ fn opening(x: &[Vec3]) -> f64 {
 pub fn first_contact(cells: usize) -> Outcome<Sample> {
     let material = Material { thickness: 0.01, ..THIN };
     let sheet = Arc::new(ribbons::ring(cells)?);
-    let computed = critical(0.91 * TOUCH, 1.12 * TOUCH, |pressure| {
+    let computed = critical(0.91 * TOUCHING_LOAD, 1.12 * TOUCHING_LOAD, |pressure| {
         let mut x = oval(&sheet);
         relax(&mut pinched(&sheet, &material, pressure, &[])?, &mut x, 1e-10)?;
         Ok(opening(&x[..cells]) > 0.0)
     })?;
-    Ok(Sample::new(&sheet, computed, TOUCH))
+    Ok(Sample::new(&sheet, computed, TOUCHING_LOAD))
 }
 
 /// The force between the walls of a ring of the given thickness under `pressure`, both in units of the ring.

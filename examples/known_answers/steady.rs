@@ -73,27 +73,27 @@ pub(super) fn points<T: Fn(f64) -> String>(
     let mut branch: Continuation<Reacting<Scenes<T>>> =
         Continuation::of_species(scenes, start, true, settings, &control)?;
     let mut all = vec![branch.point().clone()];
-    while !branch.has_ended() && all.len() < MOST {
+    while !branch.has_ended() && all.len() < MAX_POINTS {
         all.extend(branch.advance()?);
     }
     Ok(all)
 }
 
 /// Most points of a branch.
-const MOST: usize = 300;
+const MAX_POINTS: usize = 300;
 
 /// k of Y1.
 const BY_AREA: f64 = 0.5;
 /// b of Y1.
-const GROWTH: f64 = 0.1;
+const GROWTH_COEFFICIENT: f64 = 0.1;
 
 /// f of Y1, its slope and the slope of that.
 fn cubic(c: f64) -> [f64; 3] {
-    let factor = 1.0 + GROWTH * c;
+    let factor = 1.0 + GROWTH_COEFFICIENT * c;
     [
         3.0 * c - c.powi(3) + BY_AREA * (factor * factor - 1.0),
-        3.0 - 3.0 * c * c + 2.0 * BY_AREA * GROWTH * factor,
-        -6.0 * c + 2.0 * BY_AREA * GROWTH * GROWTH,
+        3.0 - 3.0 * c * c + 2.0 * BY_AREA * GROWTH_COEFFICIENT * factor,
+        -6.0 * c + 2.0 * BY_AREA * GROWTH_COEFFICIENT * GROWTH_COEFFICIENT,
     ]
 }
 
@@ -123,7 +123,7 @@ pub fn bistable(vertices: usize) -> Outcome<Bistable> {
             "sheet = {{ shape = \"disc\", radius = 1.0, vertices = {vertices}, seed = 3 }}\n\
              material = {{ young = 1.0, poisson = 0.3, thickness = 0.05 }}\ntime = {{ until = 1.0 }}\n\
              [kinetics]\nrates.c = \"a + 3*c - c*c*c + k*(J - 1)\"\nlength_factor = \"1 + b*c\"\n\
-             parameters = {{ a = {a:?}, b = {GROWTH:?}, k = {BY_AREA:?} }}\ninitial.c = {root:?}\n\
+             parameters = {{ a = {a:?}, b = {GROWTH_COEFFICIENT:?}, k = {BY_AREA:?} }}\ninitial.c = {root:?}\n\
              [[effect]]\nkind = \"stretching\"\nmodel = \"stvk\"\n[[effect]]\nkind = \"bending\"\nmodel = \"hinge\"\n\
              [[effect]]\nkind = \"diffusion\"\nspecies = \"c\"\ncoefficient = 10.0\n"
         )

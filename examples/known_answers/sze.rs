@@ -34,8 +34,8 @@ pub const SHEAR: [(f64, f64, f64); 5] = [
 const MATERIAL: Material = Material { young: 1.2e6, poisson: 0.0, thickness: 0.1 };
 /// Length of the strip that is rolled up.
 pub const ROLL_LENGTH: f64 = 12.0;
-const MOST_SHEAR: f64 = 4.0;
-const MOST_MOMENT: f64 = 50.0 * PI / 3.0;
+const MAX_SHEAR: f64 = 4.0;
+const MAX_MOMENT: f64 = 50.0 * PI / 3.0;
 
 /// A cantilever and its clamp.
 struct Cantilever {
@@ -91,7 +91,7 @@ pub fn shear(rows: usize, models: &Models) -> Outcome<Vec<[Sample; 2]>> {
     let mut found = Vec::new();
     for step in 1..=10u32 {
         let load = f64::from(step) / 10.0;
-        let density = MOST_SHEAR * load / strip.width;
+        let density = MAX_SHEAR * load / strip.width;
         let table = format!(
             "kind = 'load'\nwhere = {{ box = {{ min = [{edge:e}, -1e9, -1e9], \
              max = [1e9, 1e9, 1e9] }} }}\nforce = {{ per-length = [0.0, 0.0, {density:e}] }}"
@@ -132,7 +132,7 @@ pub fn moment(rows: usize, steps: u32, models: &Models) -> Outcome<Vec<(f64, [Sa
             })
             .collect();
         let from = 2.0 * PI * (load - 1.0 / f64::from(steps));
-        let load_energy = EnergyTerm::new(EndMoment { moment: MOST_MOMENT * load, levers, from });
+        let load_energy = EnergyTerm::new(EndMoment { moment: MAX_MOMENT * load, levers, from });
         let guess = x.iter().zip(&before).map(|(x, before)| 2.0 * x - before).collect();
         before = std::mem::replace(&mut x, guess);
         newton(&mut cantilever.mechanics(models, load_energy)?, &mut x, 1e-9)

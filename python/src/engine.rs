@@ -15,10 +15,10 @@ use rumple::solve::Control;
 create_exception!(rumple, Error, PyException, "Anything that can go wrong in the engine.");
 
 /// Signals are asked for no more often: every time takes the interpreter's lock.
-const PAUSE: Duration = Duration::from_millis(50);
+const SIGNAL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Bytes of stack of a thread that runs a scene: what the main one has elsewhere.
-const STACK: usize = 8 << 20;
+const STACK_BYTES: usize = 8 << 20;
 
 /// An exception that engine code has met and cannot return itself.
 #[derive(Debug, Default, Clone)]
@@ -59,7 +59,7 @@ impl Pending {
             }
             {
                 let mut asked = asked.lock().unwrap_or_else(PoisonError::into_inner);
-                if asked.elapsed() < PAUSE {
+                if asked.elapsed() < SIGNAL_INTERVAL {
                     return false;
                 }
                 *asked = Instant::now();
@@ -86,11 +86,11 @@ impl Pending {
                     drop(end);
                     done
                 };
-                let worker = thread::Builder::new().stack_size(STACK).spawn_scoped(scope, worker);
+                let worker = thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, worker);
                 let worker = worker.map_err(|error| {
                     rumple::Error::Refused(format!("no thread can be started: {error}"))
                 })?;
-                while ended.recv_timeout(PAUSE) == Err(mpsc::RecvTimeoutError::Timeout) {
+                while ended.recv_timeout(SIGNAL_INTERVAL) == Err(mpsc::RecvTimeoutError::Timeout) {
                     if let Err(error) = Python::attach(|py| py.check_signals()) {
                         self.signal.keep(error);
                         interrupt.request();
@@ -138,7 +138,7 @@ pub(crate) fn call<R: Send>(
 }
 
 /// Options of the program that errors of the library name, and what they are here.
-const HERE: [(&str, &str); 5] = [
+const PYTHON_NAMES: [(&str, &str); 5] = [
     ("choose another with --out, or give --force", "choose another out, or give force=True"),
     ("choose another, or give --force", "choose another, or give force=True"),
     ("--plugin-path DIR", "plugins=[DIR]"),
@@ -155,10 +155,10 @@ fn raised(py: Python<'_>, error: &rumple::Error, cause: Option<PyErr>) -> PyErr 
         return cause.clone_ref(py);
     }
     let text = match error {
-        rumple::Error::Scene(scene) => scene.reworded(&HERE).rendered(false),
+        rumple::Error::Scene(scene) => scene.reworded(&PYTHON_NAMES).rendered(false),
         other => other.to_string(),
     };
-    let text = HERE.iter().fold(text, |text, (there, here)| text.replace(there, here));
+    let text = PYTHON_NAMES.iter().fold(text, |text, (there, here)| text.replace(there, here));
     let raised = Error::new_err(text.trim_end().to_owned());
     raised.set_cause(py, cause);
     raised

@@ -12,7 +12,7 @@ use crate::kinetics::Search;
 use crate::num::Short;
 use crate::num::checked::Positive;
 use crate::run::{Error, Result};
-use crate::study::accuracy::{Options, Quantity, REPEATS, Study};
+use crate::study::accuracy::{DEFAULT_REPEATS, Options, Quantity, Study};
 use crate::study::gather::{counts, gather};
 use crate::study::plan::{Axis, Plan};
 use crate::study::sweep::write_tables;
@@ -111,7 +111,7 @@ pub(super) fn run(args: &AccuracyArgs) -> Result<()> {
     options.check(&scene.scene, &scene.overrides, &others, &search)?;
     let (study, mut plan) = Study::plan(&scene.scene, &scene.overrides, others, &search, &options)?;
     plan.level = args.level;
-    plan.repeats = args.repeats.unwrap_or(REPEATS);
+    plan.repeats = args.repeats.unwrap_or(DEFAULT_REPEATS);
     made_by(&mut plan, scene)?;
     let check = |plan: &Plan| match &args.references_from {
         Some(other) => study.check_import(plan, &absolute(other)?),

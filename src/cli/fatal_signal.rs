@@ -10,18 +10,19 @@ use std::sync::OnceLock;
 
 use crate::kinetics::{call_under_way, signal_meaning};
 
-const FATAL: [libc::c_int; 5] =
+const FATAL_SIGNALS: [libc::c_int; 5] =
     [libc::SIGSEGV, libc::SIGBUS, libc::SIGILL, libc::SIGFPE, libc::SIGABRT];
 
-/// Earlier actions, in the order of [`FATAL`]: the standard library reports stack overflows.
-static EARLIER: [OnceLock<libc::sigaction>; FATAL.len()] = [const { OnceLock::new() }; FATAL.len()];
+/// Earlier actions, in the order of [`FATAL_SIGNALS`]: the standard library reports stack overflows.
+static PREVIOUS_ACTIONS: [OnceLock<libc::sigaction>; FATAL_SIGNALS.len()] =
+    [const { OnceLock::new() }; FATAL_SIGNALS.len()];
 
 /// Bytes of a message; a longer one is cut.
 const MESSAGE_CAPACITY: usize = 512;
 
 /// Installs the handler of fatal signals.
 pub(super) fn install() {
-    for (signal, earlier) in FATAL.iter().zip(&EARLIER) {
+    for (signal, earlier) in FATAL_SIGNALS.iter().zip(&PREVIOUS_ACTIONS) {
         let handler: extern "C" fn(libc::c_int, *mut libc::siginfo_t, *mut libc::c_void) = report;
         let mut old = MaybeUninit::<libc::sigaction>::uninit();
         // SAFETY: the structure is valid when all of it is zero, and every field that matters is set; the handler
@@ -57,8 +58,8 @@ fn print(signal: libc::c_int, plugin: &str, call: &str) {
 
 extern "C" fn report(signal: libc::c_int, info: *mut libc::siginfo_t, _: *mut libc::c_void) {
     let in_plugin = call_under_way(|plugin, call| print(signal, plugin, call)).is_some();
-    let position = FATAL.iter().position(|fatal| *fatal == signal);
-    let earlier = position.and_then(|k| EARLIER[k].get()).filter(|_| !in_plugin);
+    let position = FATAL_SIGNALS.iter().position(|fatal| *fatal == signal);
+    let earlier = position.and_then(|k| PREVIOUS_ACTIONS[k].get()).filter(|_| !in_plugin);
     // SAFETY: an action that was valid, or the default one, all of which is zero; `info` is given by the system. A
     // fault comes again when the handler returns; a signal that was sent is sent again.
     unsafe {

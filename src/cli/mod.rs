@@ -92,7 +92,7 @@ enum Command {
 }
 
 /// Bytes of stack of a thread: what the main one has elsewhere.
-const STACK: usize = 8 << 20;
+const STACK_BYTES: usize = 8 << 20;
 
 /// Seconds that one call of a plugin may take if the user does not say.
 const PLUGIN_LIMIT: f64 = 60.0;
@@ -177,7 +177,7 @@ fn isolation(isolate: bool, limit: f64) -> Result<Option<Isolation>> {
 fn set_threads(threads: Option<u16>) {
     // Only fails if a pool exists already, which then serves as well.
     let threads = threads.map_or(0, usize::from);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK_BYTES);
     let _ = pool.build_global();
 }
 
@@ -241,11 +241,11 @@ struct Waiting {
 impl Waiting {
     /// Nothing is said in the first seconds, nor ever where `silent`.
     fn on(what: &'static str, silent: bool) -> Self {
-        const PAUSE: Duration = Duration::from_secs(4);
+        const WARNING_INTERVAL: Duration = Duration::from_secs(4);
         let (end, ended) = mpsc::channel();
         let watch = move || {
             let began = Instant::now();
-            while ended.recv_timeout(PAUSE) == Err(mpsc::RecvTimeoutError::Timeout) {
+            while ended.recv_timeout(WARNING_INTERVAL) == Err(mpsc::RecvTimeoutError::Timeout) {
                 warn(&format!("{what}, for {:.0} s so far", began.elapsed().as_secs_f64()));
             }
         };

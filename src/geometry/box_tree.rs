@@ -63,7 +63,7 @@ impl Bounds {
 }
 
 /// Items of a leaf.
-const LEAF: usize = 4;
+const LEAF_SIZE: usize = 4;
 
 /// The tree.
 #[derive(Debug, Clone)]
@@ -88,7 +88,7 @@ impl BoxTree {
         };
         let mut order: Vec<u32> = (0..centres.len()).map(index).collect();
         order.sort_by_cached_key(|t| (key(&centres[*t as usize]), *t));
-        let leaves = centres.len().div_ceil(LEAF).next_power_of_two();
+        let leaves = centres.len().div_ceil(LEAF_SIZE).next_power_of_two();
         let boxes = vec![Bounds::EMPTY; 2 * leaves - 1];
         let mut tree = Self { order, leaves, boxes };
         tree.refit(|item| items[item as usize]);
@@ -105,7 +105,7 @@ impl BoxTree {
         let (inner, last) = self.boxes.split_at_mut(self.leaves - 1);
         let order = &self.order;
         parallel::fill(last, |leaf| {
-            let items = order.iter().skip(leaf * LEAF).take(LEAF);
+            let items = order.iter().skip(leaf * LEAF_SIZE).take(LEAF_SIZE);
             items.fold(Bounds::EMPTY, |all, item| all.with(&of(*item)))
         });
         for k in (0..inner.len()).rev() {
@@ -128,7 +128,7 @@ impl BoxTree {
         while count > 0 {
             count -= 1;
             let (node, leaf, leaves) = open[count];
-            let passed = (leaf + leaves) * LEAF <= first;
+            let passed = (leaf + leaves) * LEAF_SIZE <= first;
             if passed || !enter(&self.boxes[node]) {
                 continue;
             }
@@ -139,7 +139,8 @@ impl BoxTree {
                 count += 2;
                 continue;
             }
-            let places = (leaf * LEAF).max(first)..((leaf + 1) * LEAF).min(self.order.len());
+            let places =
+                (leaf * LEAF_SIZE).max(first)..((leaf + 1) * LEAF_SIZE).min(self.order.len());
             self.order.get(places).into_iter().flatten().for_each(|item| visit(*item));
         }
     }

@@ -20,7 +20,7 @@ use rumple_numerics::parallel;
 use rumple_sheet::{Sheet, SheetError};
 
 /// Least share of `Φ² A⁰` that counts as a triangle's area in the weights of its bonds.
-const LEAST_AREA: f64 = 0.1;
+const MIN_AREA: f64 = 0.1;
 
 /// Optimal lengths of the edges and optimal areas of the triangles; copies share them until they change.
 #[derive(Debug, Clone, Default)]
@@ -150,7 +150,7 @@ impl RestMetric {
         let factor = edges.map(|e| self.length[e] / self.reference_length[e]);
         let mean = (factor[0] + factor[1] + factor[2]) / 3.0;
         edges.map(|e| {
-            LEAST_AREA * 2.0 / 3.0 * mean * self.reference_area[t] / self.reference_length[e]
+            MIN_AREA * 2.0 / 3.0 * mean * self.reference_area[t] / self.reference_length[e]
         })
     }
 
@@ -188,7 +188,7 @@ impl RestMetric {
         parallel::fill(weight_area, |t| {
             let factor = edges[t].map(|e| length[e as usize] / reference[e as usize]);
             let mean = (factor[0] + factor[1] + factor[2]) / 3.0;
-            area[t].max(LEAST_AREA * mean * mean * reference_area[t])
+            area[t].max(MIN_AREA * mean * mean * reference_area[t])
         });
     }
 }

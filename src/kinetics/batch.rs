@@ -8,7 +8,7 @@ use rumple_numerics::num::all_finite;
 
 /// What stands in outputs before a call of a plugin, and beside them: a number that no law writes, and none that is
 /// finite, so that what is left unwritten never passes for a result.
-pub(crate) const UNTOUCHED: u64 = 0x7ff8_5eed_5eed_5eed;
+pub(crate) const UNWRITTEN_BITS: u64 = 0x7ff8_5eed_5eed_5eed;
 
 /// One input at successive points. Stride 0 is one value for all points.
 #[derive(Debug, Clone, Copy)]

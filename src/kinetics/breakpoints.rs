@@ -3,7 +3,7 @@
 //! What is known by its values alone is sampled at [`SAMPLES`] intervals. The samples are simplified to a polygon
 //! (Ramer, Comput. Graph. Image Process. 1 (1972) 244, doi:10.1016/S0146-664X(72)80017-0) that is nowhere further off than
 //! a share `TOLERANCE` of the range of the values. Its corners are breakpoints where the pace changes at once: where a
-//! segment is `PACE` times as long as the next one, in which a step that has grown with the longer one would pass over
+//! segment is `PACE_RATIO` times as long as the next one, in which a step that has grown with the longer one would pass over
 //! what follows. A jump between two samples is located by bisection.
 
 use rumple_numerics::num::real;
@@ -15,15 +15,15 @@ pub const SAMPLES: usize = 2048;
 const TOLERANCE: f64 = 0.05;
 /// Lengths of neighbouring segments that differ by this factor are a change of pace. Smooth oscillations stay below 4,
 /// integrators lengthen steps by 2 to 10 at once.
-const PACE: f64 = 8.0;
+const PACE_RATIO: f64 = 8.0;
 /// Corners that are breakpoints after an onset, so that a step ends within the pulse, and after a jump.
-const FOLLOWING: [usize; 2] = [3, 1];
+const FOLLOWING_CORNERS: [usize; 2] = [3, 1];
 /// A change between two samples that a bisection leaves as large as this share is a jump.
-const JUMP: f64 = 0.5;
+const JUMP_SHARE: f64 = 0.5;
 /// Halvings after which a steep change has to have become smaller, and those that locate a jump.
 const HALVINGS: [usize; 2] = [12, 60];
 /// Jumps that are located; a function with more is noise.
-const MOST_JUMPS: usize = 256;
+const MAX_JUMPS: usize = 256;
 
 /// The breakpoints from 0 to `until` of functions of the time, of which `values` gives one column each at some times;
 /// `None` where it has none.
@@ -62,7 +62,7 @@ pub fn sampled(
         let (low, high) = (pair[0], pair[1]);
         let of = |k: usize| columns.iter().map(|column| column[k]).collect::<Vec<f64>>();
         let steep = high == low + 1 && difference(&of(low), &of(high)) > TOLERANCE;
-        if steep && jumps < MOST_JUMPS {
+        if steep && jumps < MAX_JUMPS {
             jumps += 1;
             let ends = [(times[low], of(low)), (times[high], of(high))];
             if let Some(time) = located(ends, &mut at)? {
@@ -82,13 +82,13 @@ fn paced(nodes: &[(f64, bool)], until: f64) -> Vec<f64> {
     let mut after = 0;
     for (k, (time, jump)) in nodes.iter().enumerate().skip(1) {
         let next = nodes.get(k + 1).map_or(until, |node| node.0);
-        let onset = time - nodes[k - 1].0 > PACE * (next - time) && next < until;
+        let onset = time - nodes[k - 1].0 > PACE_RATIO * (next - time) && next < until;
         if (*jump || onset || after > 0) && *time < until {
             found.push(*time);
         }
         after = match (onset, jump) {
-            (true, _) => FOLLOWING[0],
-            (false, true) => after.max(FOLLOWING[1]),
+            (true, _) => FOLLOWING_CORNERS[0],
+            (false, true) => after.max(FOLLOWING_CORNERS[1]),
             (false, false) => after.saturating_sub(1),
         };
     }
@@ -122,7 +122,7 @@ fn located(
         } else {
             (low, before) = (middle, values);
         }
-        if halving >= HALVINGS[0] && difference(&before, &behind) < JUMP * whole {
+        if halving >= HALVINGS[0] && difference(&before, &behind) < JUMP_SHARE * whole {
             return Some(None);
         }
     }

@@ -137,7 +137,7 @@ pub(super) enum Side {
 }
 
 /// Steps on one side of a point, each a quarter of the one before.
-pub(super) const SCALES: usize = 3;
+pub(super) const STEP_SCALES: usize = 3;
 
 impl Range {
     fn around(self, x: f64) -> (f64, f64) {
@@ -153,7 +153,7 @@ impl Range {
 
     /// Inputs on one side of `x` and within the range, the last at the distance of a central
     /// difference; `None` where the range is too narrow.
-    fn beside(self, x: f64, side: Side) -> Option<[f64; SCALES]> {
+    fn beside(self, x: f64, side: Side) -> Option<[f64; STEP_SCALES]> {
         let wanted = 16.0 * STEP * x.abs().max(self.typical);
         let room = match side {
             Side::Down => x - self.lower,
@@ -203,13 +203,13 @@ pub(super) fn slopes_beside(
     input: usize,
     (range, side): (Range, Side),
     law: impl Fn(&Batch<'_>, &mut [&mut [f64]]) -> Outcome,
-) -> Result<Vec<[f64; SCALES]>, super::KineticsError> {
-    let mut slopes = vec![[f64::NAN; SCALES]; outputs * batch.count];
+) -> Result<Vec<[f64; STEP_SCALES]>, super::KineticsError> {
+    let mut slopes = vec![[f64::NAN; STEP_SCALES]; outputs * batch.count];
     let Some(column) = batch.inputs().nth(input) else { return Ok(slopes) };
     let here: Vec<f64> = (0..batch.count).map(|point| column.at(point)).collect();
     let beside: Vec<_> = here.iter().map(|x| range.beside(*x, side)).collect();
     let (values, _) = shifted(batch, outputs, input, &here, &law)?;
-    for scale in 0..SCALES {
+    for scale in 0..STEP_SCALES {
         let inputs: Vec<f64> =
             beside.iter().zip(&here).map(|(b, x)| b.map_or(*x, |b| b[scale])).collect();
         let (others, _) = shifted(batch, outputs, input, &inputs, &law)?;

@@ -363,22 +363,23 @@ pub(super) fn nearest<'a>(
     candidates: impl IntoIterator<Item = &'a str>,
 ) -> Option<String> {
     // Below this Jaro-Winkler similarity a suggestion is more puzzling than helpful.
-    const LIKENESS: f64 = 0.7;
+    const MIN_SIMILARITY: f64 = 0.7;
     // Letters of a part that is taken for the whole.
-    const PART: usize = 3;
+    const MIN_PART_LETTERS: usize = 3;
     // No misspelt names are that long (bytes), and to compare two takes the product of their lengths.
-    const LONGEST: usize = 200;
+    const MAX_NAME_BYTES: usize = 200;
     candidates
         .into_iter()
-        .filter(|candidate| name.len() <= LONGEST && candidate.len() <= LONGEST)
+        .filter(|candidate| name.len() <= MAX_NAME_BYTES && candidate.len() <= MAX_NAME_BYTES)
         .map(|candidate| {
             let (name, other) = (name.to_lowercase(), candidate.to_lowercase());
             // A part of it, as in `feedback`, or parts in another order.
-            let part = name.len() >= PART && (other.contains(&name) || same_words(&name, &other));
+            let part = name.len() >= MIN_PART_LETTERS
+                && (other.contains(&name) || same_words(&name, &other));
             let likeness = strsim::jaro_winkler(&name, &other);
-            (if part { likeness.max(LIKENESS) } else { likeness }, candidate)
+            (if part { likeness.max(MIN_SIMILARITY) } else { likeness }, candidate)
         })
-        .filter(|(likeness, _)| *likeness >= LIKENESS)
+        .filter(|(likeness, _)| *likeness >= MIN_SIMILARITY)
         .max_by(|(a, _), (b, _)| a.total_cmp(b))
         .map(|(_, candidate)| candidate.to_owned())
 }

@@ -14,13 +14,13 @@ use rumple_numerics::num::{all_finite, all_finite_from};
 
 /// The most points in a batch. What a call costs by itself is as much as a cheap law at a hundred
 /// points; this many values of a dozen columns still fit into the second-level cache.
-const BATCH: usize = 4096;
+const MAX_BATCH: usize = 4096;
 
 /// Points in a batch of a field of `count` points: every thread gets some.
 pub(super) fn batch_size(count: usize) -> usize {
-    const LEAST: usize = 512;
+    const MIN_BATCH: usize = 512;
     const BATCHES: usize = 8;
-    count.div_ceil(BATCHES).clamp(LEAST, BATCH)
+    count.div_ceil(BATCHES).clamp(MIN_BATCH, MAX_BATCH)
 }
 
 /// Columns of equal length, one after the other.

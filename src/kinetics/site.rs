@@ -1,6 +1,6 @@
 //! The point to blame for an error, with what the law saw there.
 
-use crate::batch::UNTOUCHED;
+use crate::batch::UNWRITTEN_BITS;
 use std::fmt;
 
 use rumple_numerics::num::Short;
@@ -85,7 +85,7 @@ pub struct BadValue {
 impl fmt::Display for BadValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { law, call, quantity, value, site } = self;
-        if value.to_bits() == UNTOUCHED {
+        if value.to_bits() == UNWRITTEN_BITS {
             let must = "it must write every output at every point";
             return write!(f, "{law} leaves {quantity} unwritten in {call} at {site}: {must}");
         }

@@ -49,7 +49,7 @@ fn reading() -> [i64; 2] {
 }
 
 /// Of brief pieces one in so many is timed.
-const SAMPLED: u64 = 16;
+const SAMPLE_INTERVAL: u64 = 16;
 
 /// Sums of the scopes that have ended, each counted once.
 #[derive(Debug, Default)]
@@ -88,9 +88,9 @@ impl Entry {
     /// same time may spoil a sample.
     fn sample(&self) -> i64 {
         let untimed = self.untimed.load(Relaxed) + 1;
-        let timed = untimed >= SAMPLED;
+        let timed = untimed >= SAMPLE_INTERVAL;
         self.untimed.store(if timed { 0 } else { untimed }, Relaxed);
-        if timed { SAMPLED.cast_signed() } else { 0 }
+        if timed { SAMPLE_INTERVAL.cast_signed() } else { 0 }
     }
 }
 

@@ -13,13 +13,13 @@ use std::path::{Path, PathBuf};
 use super::OutputError;
 
 /// The end of the name of a file under construction; such files may be deleted at any time.
-pub const PART: &str = ".part";
+pub const PART_SUFFIX: &str = ".part";
 
 /// Where `path` is built: `.NAME.part` beside it.
 pub(super) fn part_of(path: &Path) -> PathBuf {
     let mut name = OsString::from(".");
     name.push(path.file_name().unwrap_or_default());
-    name.push(PART);
+    name.push(PART_SUFFIX);
     path.with_file_name(name)
 }
 

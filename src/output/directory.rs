@@ -375,7 +375,7 @@ fn names(directory: &Path) -> Result<Vec<String>, OutputError> {
 
 /// The name of the finished file for one that a killed run left under construction.
 fn finished(name: &str) -> &str {
-    name.strip_prefix('.').and_then(|n| n.strip_suffix(atomic::PART)).unwrap_or(name)
+    name.strip_prefix('.').and_then(|n| n.strip_suffix(atomic::PART_SUFFIX)).unwrap_or(name)
 }
 
 fn is_root_file(name: &str) -> bool {

@@ -18,7 +18,7 @@ use super::{OutputError, ResultDirectory};
 /// The files in it.
 const FILES: [&str; 5] = ["report.md", "ledger.csv", "state.vtu", "replay.toml", "start.bin"];
 /// Its name while it is built.
-const PART: &str = ".failure.part";
+const PARTIAL_NAME: &str = ".failure.part";
 
 impl ResultDirectory {
     /// Name of the folder of a run that failed.
@@ -35,7 +35,7 @@ impl ResultDirectory {
     /// # Errors
     /// [`OutputError::Write`] from the operating system.
     pub(crate) fn forget_failure(&self) -> Result<(), OutputError> {
-        for folder in [self.failure(), self.root().join(PART)] {
+        for folder in [self.failure(), self.root().join(PARTIAL_NAME)] {
             // Nothing is removed through a link.
             if is_folder(&folder) {
                 super::directory::remove_all(FILES.map(|name| folder.join(name)).to_vec())?;
@@ -59,7 +59,7 @@ impl FailureFolder {
     /// [`OutputError::Write`] from the operating system.
     pub fn begin(directory: &ResultDirectory) -> Result<Self, OutputError> {
         directory.forget_failure()?;
-        let part = directory.root().join(PART);
+        let part = directory.root().join(PARTIAL_NAME);
         fs::create_dir_all(&part).map_err(OutputError::write(&part))?;
         Ok(Self { directory: directory.clone(), part })
     }

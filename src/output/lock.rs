@@ -183,7 +183,7 @@ impl Claim {
                 reached: Mutex::default(),
                 open: AtomicBool::new(true),
             });
-            ALL.lock().unwrap_or_else(PoisonError::into_inner).push(Arc::clone(&status));
+            STATUSES.lock().unwrap_or_else(PoisonError::into_inner).push(Arc::clone(&status));
             status
         });
         status.write(RunStatus::Running, "")
@@ -275,7 +275,7 @@ struct Status {
     open: AtomicBool,
 }
 
-static ALL: Mutex<Vec<Arc<Status>>> = Mutex::new(Vec::new());
+static STATUSES: Mutex<Vec<Arc<Status>>> = Mutex::new(Vec::new());
 
 impl Status {
     fn text(&self, standing: RunStatus, reason: &str) -> String {
@@ -309,7 +309,7 @@ impl Status {
 
 /// Records the end of all runs of this process that are in progress: for an immediate exit of the program.
 pub(crate) fn end_all(standing: RunStatus, reason: &str) {
-    for status in ALL.lock().unwrap_or_else(PoisonError::into_inner).iter() {
+    for status in STATUSES.lock().unwrap_or_else(PoisonError::into_inner).iter() {
         if status.open.swap(false, Ordering::AcqRel) {
             status.write_at_once(standing, reason);
         }

@@ -87,11 +87,11 @@ const AXES: [Vec3; 3] = [
     Vec3::new(0.0, -0.642_787_609_686_539_3, 0.766_044_443_118_978),
 ];
 /// Where the light comes from: to the right, down, and towards the eye.
-const LIGHT: Vec3 = Vec3::new(-0.5, -0.5, std::f64::consts::FRAC_1_SQRT_2);
+const LIGHT_DIRECTION: Vec3 = Vec3::new(-0.5, -0.5, std::f64::consts::FRAC_1_SQRT_2);
 /// The radius of what is seen, of the size of the picture.
-const FILLED: f64 = 0.49;
+const FILLED_RADIUS: f64 = 0.49;
 /// Brightness of a face that turns away from the light.
-const SHADE: f64 = 0.25;
+const SHADED_BRIGHTNESS: f64 = 0.25;
 
 impl View {
     /// Of everything in `shapes`.
@@ -109,14 +109,14 @@ impl View {
     /// The rows of a picture `size` pixels high in which there is something.
     #[must_use]
     pub fn rows(&self, size: usize) -> Range<usize> {
-        let row = |up: f64| whole((0.5 - FILLED * up) * real(size)).min(size);
+        let row = |up: f64| whole((0.5 - FILLED_RADIUS * up) * real(size)).min(size);
         let (low, high) = self.upwards;
         row(high).saturating_sub(1)..(row(low) + 2).min(size)
     }
 
     /// Pixels to the right, pixels down, and height above the plane of the picture in pixels.
     fn project(&self, x: &Vec3, size: f64) -> Vec3 {
-        let from_centre = (x - self.centre) * (FILLED * size / self.radius);
+        let from_centre = (x - self.centre) * (FILLED_RADIUS * size / self.radius);
         let [up, right, near] = AXES.map(|axis| axis.dot(&from_centre));
         Vec3::new(0.5 * size + right, 0.5 * size - up, near)
     }
@@ -190,7 +190,7 @@ fn brightness(flat: &[Vec3], triangles: &[[u32; 3]]) -> Vec<f64> {
     let of = |n: &Vec3| -> f64 {
         let n = n.try_normalize(0.0).unwrap_or(Vec3::z());
         let n = if n.z < 0.0 { -n } else { n };
-        SHADE + (1.0 - SHADE) * n.dot(&LIGHT).max(0.0)
+        SHADED_BRIGHTNESS + (1.0 - SHADED_BRIGHTNESS) * n.dot(&LIGHT_DIRECTION).max(0.0)
     };
     normals.iter().map(of).collect()
 }

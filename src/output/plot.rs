@@ -121,8 +121,8 @@ pub struct Figure {
 }
 
 pub(super) const FONT: &str = "sans-serif";
-const PANEL: (usize, usize) = (480, 340);
-const LINE: usize = 22;
+const PANEL_SIZE: (usize, usize) = (480, 340);
+const LINE_HEIGHT: usize = 22;
 
 /// Makes the font known, once.
 pub(super) fn register() -> Result<(), OutputError> {
@@ -168,7 +168,10 @@ impl Figure {
 
     fn size(&self) -> (usize, usize) {
         let rows = self.panels.len().div_ceil(self.columns.max(1));
-        (PANEL.0 * self.columns.max(1), PANEL.1 * rows + LINE * self.shown().len() + 12)
+        (
+            PANEL_SIZE.0 * self.columns.max(1),
+            PANEL_SIZE.1 * rows + LINE_HEIGHT * self.shown().len() + 12,
+        )
     }
 
     /// As a picture of pixels.
@@ -205,12 +208,12 @@ impl Figure {
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Result<(), OutputError> {
         area.fill(&WHITE).map_err(refused)?;
         let rows = self.panels.len().div_ceil(self.columns.max(1));
-        let (panels, legend) = area.split_vertically(index(PANEL.1 * rows));
+        let (panels, legend) = area.split_vertically(index(PANEL_SIZE.1 * rows));
         for (panel, area) in self.panels.iter().zip(panels.split_evenly((rows, self.columns))) {
             panel.draw(&area, &|name| self.style(name))?;
         }
         for (row, k) in self.shown().into_iter().enumerate() {
-            let y = i32::try_from(row * LINE + LINE / 2).unwrap_or(0);
+            let y = i32::try_from(row * LINE_HEIGHT + LINE_HEIGHT / 2).unwrap_or(0);
             let ends = [(20, y), (50, y)];
             match self.style(k) {
                 Style::Line => legend.draw(&PathElement::new(ends, colour(k).stroke_width(3))),
@@ -305,10 +308,10 @@ impl Panel {
                 let at = (inside(x, &edges.0), inside(y, &edges.1));
                 // Crosses share a corner: side by side.
                 let cross = x == f64::INFINITY && y == f64::INFINITY;
-                let shift = if cross { CROSS * crosses } else { 0 };
+                let shift = if cross { CROSS_SPACING * crosses } else { 0 };
                 crosses += i32::from(cross);
                 let style = colour(*name).filled();
-                let corners = if cross { CROSSED } else { triangle(at, (x, y)) };
+                let corners = if cross { CROSS_OUTLINE } else { triangle(at, (x, y)) };
                 let corners = corners.iter().map(|(x, y)| (x - shift, *y)).collect::<Vec<_>>();
                 let mark = EmptyElement::at(at) + Polygon::new(corners, style);
                 chart.draw_series([mark]).map_err(refused)?;
@@ -338,9 +341,10 @@ impl Panel {
         let mut before: Vec<f64> = Vec::new();
         for (name, x) in self.failed.iter().filter(|(_, x)| reached(*x, across)) {
             // Those at one place lie below one another.
-            let lower = CROSS * before.iter().filter(|b| *b == x).count().try_into().unwrap_or(0);
+            let lower =
+                CROSS_SPACING * before.iter().filter(|b| *b == x).count().try_into().unwrap_or(0);
             before.push(*x);
-            let corners: Vec<_> = CROSSED.iter().map(|(x, y)| (x + 10, y + lower)).collect();
+            let corners: Vec<_> = CROSS_OUTLINE.iter().map(|(x, y)| (x + 10, y + lower)).collect();
             let mark =
                 EmptyElement::at((*x, edges.1.end)) + Polygon::new(corners, colour(*name).filled());
             chart.draw_series([mark]).map_err(refused)?;
@@ -362,10 +366,10 @@ impl Curve {
 }
 
 /// Pixels from one cross to the next.
-const CROSS: i32 = 18;
+const CROSS_SPACING: i32 = 18;
 
 /// The outline of a cross, in pixels to the right and down, inside of an upper right corner.
-const CROSSED: &[(i32, i32)] = &[
+const CROSS_OUTLINE: &[(i32, i32)] = &[
     (-16, 6),
     (-14, 4),
     (-10, 8),

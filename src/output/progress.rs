@@ -32,7 +32,7 @@ impl Mode {
 pub const INTERVAL: Duration = Duration::from_secs(5);
 
 /// The same of a bar's text.
-const REDRAW: Duration = Duration::from_millis(500);
+const REDRAW_INTERVAL: Duration = Duration::from_millis(500);
 
 /// Ticks of the bar from start to end.
 const TICKS: u16 = 1000;
@@ -206,7 +206,7 @@ impl Aside {
         let mut shown = lock(&self.shown);
         let due = match &shown.sink {
             Sink::Silent => false,
-            Sink::Bar(_) => reported.elapsed() >= REDRAW,
+            Sink::Bar(_) => reported.elapsed() >= REDRAW_INTERVAL,
             Sink::Lines { every, shown, .. } => shown.unwrap_or(*reported).elapsed() >= *every,
         };
         if due {

@@ -21,7 +21,7 @@ use super::{Field, Frame, OutputError, atomic};
 /// Ends the head of a file: what follows is the data set.
 const HEAD_END: &[u8] = b"BINARY\n\n";
 /// The kind of the data set; field data follow it.
-const KIND: &[u8] = b"DATASET UNSTRUCTURED_GRID\n";
+const DATASET_KIND: &[u8] = b"DATASET UNSTRUCTURED_GRID\n";
 
 /// The file for `frame` as bytes.
 ///
@@ -53,7 +53,7 @@ pub fn encode(frame: &Frame<'_>) -> Result<Vec<u8>, OutputError> {
         message: "vtkio wrote a file that is not as expected".to_owned(),
     };
     let numbers = after(&numbers, HEAD_END).map(|start| &numbers[start..]).ok_or_else(missing)?;
-    let place = after(&file, KIND).ok_or_else(missing)?;
+    let place = after(&file, DATASET_KIND).ok_or_else(missing)?;
     file.splice(place..place, numbers.iter().copied());
     Ok(file)
 }

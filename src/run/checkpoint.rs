@@ -33,11 +33,11 @@ use crate::stepper;
 use crate::tally::{Meter, Spent};
 
 /// Where the scene says nothing, the first checkpoint is not before this: short runs have none.
-const FIRST: Duration = Duration::from_secs(60);
+const FIRST_INTERVAL: Duration = Duration::from_secs(60);
 /// Checkpoints are this many times as far apart as it takes to write one, at least …
 const INTERVAL_FACTOR: u32 = 100;
 /// … and those in memory this far, at least.
-const HELD: Duration = Duration::from_millis(500);
+const MIN_MEMORY_INTERVAL: Duration = Duration::from_millis(500);
 
 /// How far the results of a run are, besides its state.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -193,7 +193,7 @@ impl Checkpoints {
             began: now,
             every: every.map(f64::from),
             next: 1,
-            due: now + if asked { wall } else { wall.min(FIRST) },
+            due: now + if asked { wall } else { wall.min(FIRST_INTERVAL) },
             wall,
             held: None,
             asked,
@@ -239,7 +239,7 @@ impl Checkpoints {
         let due = reduction.any(due || now >= self.due);
         // An integrator of diffsol can be stored in few steps: none of them is missed.
         let seldom = simulation.stepper.integrator.renewed_after().is_some();
-        let least = if seldom { Duration::ZERO } else { HELD };
+        let least = if seldom { Duration::ZERO } else { MIN_MEMORY_INTERVAL };
         let since = |held: &Held| now - held.at >= least.max(INTERVAL_FACTOR * held.took);
         if due || reduction.any(self.held.as_ref().is_none_or(since)) {
             self.hold(simulation, results);
@@ -308,7 +308,7 @@ impl Checkpoints {
         results: impl FnOnce() -> ResultsSoFar,
         progress: &mut Progress,
     ) {
-        let long = simulation.sheet().reduction().any(self.began.elapsed() >= FIRST);
+        let long = simulation.sheet().reduction().any(self.began.elapsed() >= FIRST_INTERVAL);
         if self.asked || long {
             simulation.stepper.integrator.renew();
             self.hold(simulation, results);

@@ -18,7 +18,7 @@ use super::internal_variables::vertex_means;
 use super::{Result, internal_variables};
 
 /// Fields besides species and signals: name, unit, and what they are.
-const OTHERS: [(&str, &str); 5] = [
+const OTHER_FIELDS: [(&str, &str); 5] = [
     ("vertex_area", "length^2"),
     ("force", "force"),
     ("length_factor", "1"),
@@ -32,7 +32,7 @@ pub(super) type RestAreas<'a> = dyn Fn(&[Signal]) -> Arc<[f64]> + 'a;
 /// Whether frames use this name for something that is of no law.
 pub(super) fn is_built_in(name: &str) -> bool {
     name == "displacement"
-        || OTHERS.iter().any(|(known, _)| *known == name)
+        || OTHER_FIELDS.iter().any(|(known, _)| *known == name)
         || Signal::ALL.iter().any(|signal| *signal != Signal::Time && signal.name() == name)
 }
 
@@ -72,7 +72,7 @@ impl Fields {
         let observables = chemistry.map(|c| c.descriptor().observables.as_slice());
         allowed.extend(observables.unwrap_or_default().iter().map(|o| o.name.as_str()));
         allowed.extend(Signal::ALL.iter().filter(|s| **s != Signal::Time).map(|s| s.name()));
-        allowed.extend(OTHERS.map(|(name, _)| name));
+        allowed.extend(OTHER_FIELDS.map(|(name, _)| name));
         allowed.extend(model.internal().iter().map(|term| term.name()));
         for (k, name) in scene.output.fields.iter().enumerate() {
             if !allowed.contains(&name.as_str()) {
@@ -184,7 +184,7 @@ impl Fields {
         }
     }
 
-    /// Adds the fields of [`OTHERS`] that are listed.
+    /// Adds the fields of [`OTHER_FIELDS`] that are listed.
     fn add_others(
         &self,
         at: &mut Evaluation<'_>,
@@ -192,7 +192,7 @@ impl Fields {
         cell: &mut Vec<Field<'_>>,
     ) -> Result<()> {
         let (sheet, x) = (at.model().sheet(), &at.state().x);
-        for (name, unit) in OTHERS {
+        for (name, unit) in OTHER_FIELDS {
             if !self.names.iter().any(|n| n == name) {
                 continue;
             }

@@ -22,7 +22,7 @@ pub(super) struct MadeFrom {
 const HOST_LAW: &str = "the law";
 
 /// Keys of a scene that a run may be continued with others of.
-const FREE: [&str; 3] = ["time.until", "time.max_steps", "checkpoint"];
+const CHANGEABLE_KEYS: [&str; 3] = ["time.until", "time.max_steps", "checkpoint"];
 
 impl MadeFrom {
     /// What `simulation` is made from.
@@ -89,7 +89,7 @@ impl MadeFrom {
 
 /// Where two scenes differ, key by key.
 fn differences(path: &str, a: Option<&Value>, b: Option<&Value>, found: &mut Vec<String>) {
-    if FREE.contains(&path) || a == b {
+    if CHANGEABLE_KEYS.contains(&path) || a == b {
         return;
     }
     let nothing = || "nothing".to_owned();

@@ -16,9 +16,9 @@ use crate::tally::Work;
 use crate::{Stepper, Vec3};
 
 /// Title of the column of wall time.
-const WALL: &str = "wall time [s]";
+const WALL_TIME_TITLE: &str = "wall time [s]";
 /// Titles of the ledger's first columns.
-const STEP: [&str; 4] = ["step", "time", "step size [time]", "error estimate"];
+const STEP_TITLES: [&str; 4] = ["step", "time", "step size [time]", "error estimate"];
 
 /// What the columns of [`Causes`](crate::solve::rejections::Causes) and of values that are not finite are called.
 fn cause_columns(held: bool) -> impl Iterator<Item = String> {
@@ -44,7 +44,7 @@ fn is_point(model: &Model) -> bool {
 }
 
 /// Titles of the columns of jumps.
-const JUMPS: [&str; 2] = ["jumps", "energy released by jumps [energy]"];
+const JUMP_TITLES: [&str; 2] = ["jumps", "energy released by jumps [energy]"];
 
 /// Whether the shape is in equilibrium at every time, and may jump from one to another.
 fn jumps(model: &Model) -> bool {
@@ -59,12 +59,12 @@ fn touching(model: &Model) -> impl Iterator<Item = &str> {
 
 /// Titles of the ledger's columns, with units.
 pub(super) fn columns(model: &Model, watched: bool, invariants: &[String]) -> Vec<String> {
-    let mut all = STEP.map(str::to_owned).to_vec();
+    let mut all = STEP_TITLES.map(str::to_owned).to_vec();
     // A row is a step.
     let work = Work::NAMES[1..].iter().map(|(name, _)| name.replace('_', " "));
     let work = work.chain(cause_columns(!invariants.is_empty()));
     if is_point(model) {
-        all.extend(work.chain([WALL.to_owned()]));
+        all.extend(work.chain([WALL_TIME_TITLE.to_owned()]));
         if let Some(chemistry) = model.chemistry() {
             all.extend(chemistry.descriptor().species.iter().map(|s| s.name.clone()));
         }
@@ -83,7 +83,7 @@ pub(super) fn columns(model: &Model, watched: bool, invariants: &[String]) -> Ve
     all.push("total energy [energy]".to_owned());
     all.extend(work.chain(["force residual".to_owned()]));
     if jumps(model) {
-        all.extend(JUMPS.map(str::to_owned));
+        all.extend(JUMP_TITLES.map(str::to_owned));
     }
     if watched {
         all.push("negative directions".to_owned());
@@ -100,7 +100,7 @@ pub(super) fn columns(model: &Model, watched: bool, invariants: &[String]) -> Ve
     }
     all.extend_from_slice(invariants);
     all.extend(
-        ["least quality", "impossible rest triangles", "collapsed triangles", WALL]
+        ["least quality", "impossible rest triangles", "collapsed triangles", WALL_TIME_TITLE]
             .map(str::to_owned),
     );
     all
@@ -242,5 +242,5 @@ pub(super) fn titled_row(
         wall: f64::NAN,
     };
     let row = row(&mut workspace.at(state), &info, &mut ShapeSums::default())?;
-    Ok(columns.into_iter().zip(row).filter(|(title, _)| title != WALL).collect())
+    Ok(columns.into_iter().zip(row).filter(|(title, _)| title != WALL_TIME_TITLE).collect())
 }

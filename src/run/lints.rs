@@ -16,23 +16,23 @@ use crate::sheet::Sheet;
 use crate::solve::diagnosis;
 
 /// Loads this many times the tolerance move a sheet before it counts as at rest.
-const FELT: f64 = 1e3;
+const FELT_LOAD_RATIO: f64 = 1e3;
 
 /// Forces of this size are those of strains of a hundredth, which is not rest.
-const LOOSE: f64 = 1e-2;
+const LOOSE_TOLERANCE: f64 = 1e-2;
 
 /// Thickness over radius beyond which a sheet is not thin.
-const THIN: f64 = 0.1;
+const MAX_THICKNESS_RATIO: f64 = 0.1;
 
 /// The triangles of a disc cover it but for this factor of the radius.
-const ROUND: f64 = 1.02;
+const DISC_RADIUS_FACTOR: f64 = 1.02;
 
 /// Energies below this, in units of the force at unit strain times the size, are those of a plane in numbers of 32
 /// bits.
 const ROUND_OFF: f64 = 1e-9;
 
 /// The share of a start shape below which it has been relaxed away.
-const LEFT: f64 = 0.05;
+const REMAINING_SHARE: f64 = 0.05;
 
 /// Inspects the scene and its sheet.
 pub(super) fn on_scene(
@@ -57,7 +57,7 @@ pub(super) fn on_scene(
     }
     on_adhesion(scene, &names, notes);
     let tolerance = scene.equilibrium.tolerance();
-    if tolerance >= LOOSE {
+    if tolerance >= LOOSE_TOLERANCE {
         notes.push(format!(
             "equilibrium.tolerance = {} accepts residual forces that correspond to strains of {} \
              %: its unit is Y times the edge length, and 1e-6 is usual",
@@ -67,7 +67,7 @@ pub(super) fn on_scene(
     }
     let radius = radius(sheet);
     if let Some(thickness) = material.map(|material| material.thickness.largest())
-        && thickness > THIN * radius * ROUND
+        && thickness > MAX_THICKNESS_RATIO * radius * DISC_RADIUS_FACTOR
     {
         notes.push(format!(
             "material.thickness = {} is {:.2} of the sheet's radius {radius:.4} (of a disc of its \
@@ -148,7 +148,7 @@ pub(super) fn on_loads(
         }
     }
     let load = loads.into_iter().fold(0.0, f64::max);
-    if load > 0.0 && load < FELT * tolerance {
+    if load > 0.0 && load < FELT_LOAD_RATIO * tolerance {
         notes.push(format!(
             "the largest load on a vertex is {load:.1e} Y times the edge length, and equilibrium \
              is accepted below equilibrium.tolerance = {tolerance:e}: the response to the load \
@@ -247,7 +247,7 @@ pub(super) fn on_start(
         }
     }
     let share = (left / asked).sqrt();
-    (share < LEFT).then(|| {
+    (share < REMAINING_SHARE).then(|| {
         format!(
             "{what} relaxed away: {:.1} % is left in the first equilibrium. The initial shape is \
              not a rest shape and does not select what grows later; [stability] with perturb \

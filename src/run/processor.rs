@@ -9,9 +9,9 @@ use std::time::Instant;
 use super::costs::processor_time;
 
 /// A piece of work or a pause this long, s, does not go by without asking the system.
-const LONG: f64 = 5e-5;
+const LONG_INTERVAL: f64 = 5e-5;
 /// Nor does so much time with any number of short ones.
-const WINDOW: f64 = 5e-4;
+const MAX_UNMEASURED_TIME: f64 = 5e-4;
 
 /// Tells the processor time of pieces of work apart from that of what is between them.
 #[derive(Debug, Clone, Default)]
@@ -32,7 +32,7 @@ impl Processor {
         let pause = self.ended.map_or(f64::INFINITY, |ended| (now - ended).as_secs_f64());
         self.ended = Some(now);
         self.pauses += pause;
-        if pause <= LONG {
+        if pause <= LONG_INTERVAL {
             return 0.0;
         }
         let told = self.pieces;
@@ -48,7 +48,7 @@ impl Processor {
         self.ended = Some(now);
         self.pieces += piece;
         let Some((asked, before)) = self.asked else { return (piece, 0.0) };
-        if piece <= LONG && (now - asked).as_secs_f64() <= WINDOW {
+        if piece <= LONG_INTERVAL && (now - asked).as_secs_f64() <= MAX_UNMEASURED_TIME {
             return (piece, 0.0);
         }
         let used = processor_time().unwrap_or(f64::NAN);

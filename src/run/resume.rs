@@ -225,10 +225,10 @@ fn changed(directory: &ResultDirectory, digests: &[u64]) -> Option<String> {
 
 /// Whether a file of VTK's XML, if it is there, ends as one does.
 fn whole(frame: &Path) -> bool {
-    const TAIL: i64 = 32;
+    const TAIL_BYTES: i64 = 32;
     let Ok(mut file) = fs::File::open(frame) else { return true };
     let mut end = Vec::new();
-    let read = file.seek(SeekFrom::End(-TAIL)).and_then(|_| file.read_to_end(&mut end));
+    let read = file.seek(SeekFrom::End(-TAIL_BYTES)).and_then(|_| file.read_to_end(&mut end));
     read.is_ok() && end.trim_ascii_end().ends_with(b"</VTKFile>")
 }
 

@@ -11,7 +11,7 @@ use crate::output::{Field, Frame};
 use crate::solve::stability::{Mode, Spectrum, Stability};
 
 /// Unit of eigenvalues: stiffness per rest area.
-pub(super) const UNIT: &str = "force/length^3";
+pub(super) const EIGENVALUE_UNIT: &str = "force/length^3";
 
 /// What is known about the stability of a state.
 #[derive(Debug, Clone, PartialEq)]
@@ -113,9 +113,9 @@ impl fmt::Display for StabilityReport {
         writeln!(f, "{}", self.verdict())?;
         writeln!(f, "inertia    {} negative, {} rigid", inertia.negative, inertia.rigid)?;
         writeln!(f, "residual   {:.2e}", self.residual)?;
-        writeln!(f, "resolution {:.2e} {UNIT}", inertia.resolution)?;
+        writeln!(f, "resolution {:.2e} {EIGENVALUE_UNIT}", inertia.resolution)?;
         for (k, mode) in self.spectrum.modes.iter().enumerate() {
-            writeln!(f, "mode {:<5} {:.9e} {UNIT}", k + 1, mode.eigenvalue)?;
+            writeln!(f, "mode {:<5} {:.9e} {EIGENVALUE_UNIT}", k + 1, mode.eigenvalue)?;
         }
         Ok(())
     }
@@ -125,7 +125,9 @@ impl fmt::Display for StabilityReport {
 pub fn add_modes(frame: &mut Frame<'_>, modes: &[Mode]) {
     for (k, mode) in modes.iter().enumerate() {
         let name = format!("mode_{}", k + 1);
-        frame.field_data.push((format!("eigenvalue of {name} [{UNIT}]"), mode.eigenvalue));
+        frame
+            .field_data
+            .push((format!("eigenvalue of {name} [{EIGENVALUE_UNIT}]"), mode.eigenvalue));
         frame.point.push(Field::vector(name, &mode.shape));
     }
 }

@@ -24,7 +24,7 @@ use crate::solve::{SolveError, StepReport};
 
 /// Most vertices of a flat start that is checked without being asked: the factor of a larger sheet
 /// costs minutes and gigabytes.
-const CHECKED: usize = 200_000;
+const MAX_CHECKED_VERTICES: usize = 200_000;
 
 /// How a saddle is left, for messages.
 const REMEDY: &str = "a run does not leave it by itself: break the symmetry of the start with \
@@ -32,13 +32,13 @@ const REMEDY: &str = "a run does not leave it by itself: break the symmetry of t
 /// The event of a displacement along a mode that came to nothing.
 const FELL_BACK: &str = "not left along the mode";
 /// The event of a displacement of a shape that moves on from there.
-const DISPLACED: &str = "displaced along the mode";
+const DISPLACED_EVENT: &str = "displaced along the mode";
 /// A force along a mode counts as none below this share of what a displacement would bring.
 const NO_PULL: f64 = 1e-3;
 /// The event of a first equilibrium that is none.
 const AT_START: &str = "saddle at the start";
 /// And from a saddle that a run comes to: what broke the symmetry of the start has been relaxed away.
-const LATER: &str = "a run does not leave it by itself, and an imperfection of the start is \
+const LATER_REMEDY: &str = "a run does not leave it by itself, and an imperfection of the start is \
     relaxed away before anything grows: follow the mode with stability.perturb";
 
 /// The stability monitor of one run.
@@ -149,7 +149,12 @@ impl StabilityMonitor {
             (Some(by), Some(mode)) if leaves && self.is_stuck(simulation, mode, by)? => {
                 displace(simulation, mode, by)?;
                 done.residual = simulation.evaluate().residual()?;
-                self.report(simulation, (DISPLACED, inertia.negative), &modes, (events, progress))?;
+                self.report(
+                    simulation,
+                    (DISPLACED_EVENT, inertia.negative),
+                    &modes,
+                    (events, progress),
+                )?;
                 Ok(crate::num::real(inertia.negative))
             }
             _ => Ok(crate::num::real(inertia.negative)),
@@ -259,7 +264,7 @@ impl StabilityMonitor {
         // What moves may be on its way already.
         if negative > 0 && self.perturb.is_none() && (kind == AT_START || !self.moving) {
             text += "; ";
-            text += if kind == AT_START { REMEDY } else { LATER };
+            text += if kind == AT_START { REMEDY } else { LATER_REMEDY };
         }
         progress.message(&text);
         Ok(())
@@ -295,7 +300,7 @@ pub(super) fn warn_of_flat_start(
     let flat = x.iter().all(|v| v.z == x[0].z);
     // With all z fixed the sheet cannot leave the plane: no warning.
     let fixed = mechanics.pins().iter().all(|p| p[2]);
-    if !flat || fixed || mechanics.is_empty() || x.len() > CHECKED {
+    if !flat || fixed || mechanics.is_empty() || x.len() > MAX_CHECKED_VERTICES {
         return Ok(());
     }
     let mut at = simulation.evaluate();

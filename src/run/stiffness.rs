@@ -13,9 +13,9 @@ use crate::scene::Scene;
 /// The reaction is stiff beyond this S: of a relaxation oscillator on 1000 vertices with a species that follows at the
 /// rate k, the stabilised explicit method takes a third of the time of BDF at S = 3e4, twice as much at 3e6 and nine times
 /// at 3e8 (`models/kinetics/stiff-sheet.toml`).
-const STIFF: f64 = 1e6;
+const STIFF_RATIO: f64 = 1e6;
 /// Below this S stability limits nothing.
-const MILD: f64 = 1e3;
+const MILD_RATIO: f64 = 1e3;
 
 /// What `rumple check` says of it, line by line; nothing without species or without space.
 ///
@@ -35,9 +35,9 @@ pub fn lines(scene: &Scene, simulation: &mut Simulation) -> Result<Vec<String>> 
         reaction * span,
         diffusion * span
     );
-    let advice = if reaction * span > STIFF {
+    let advice = if reaction * span > STIFF_RATIO {
         "the reaction is stiff: time.integrator = { kind = \"staggered\", chemistry = \"bdf\" } or kind = \"monolithic\""
-    } else if (reaction + diffusion) * span < MILD {
+    } else if (reaction + diffusion) * span < MILD_RATIO {
         "not stiff: chemistry = \"chebyshev\" (the default of staggered) or \"tsit45\""
     } else {
         "chemistry = \"chebyshev\" (the default of staggered) suits it"

@@ -81,7 +81,7 @@ impl Faults {
 }
 
 /// Steps shorter than the longest one by this factor are reported, and again for every further one.
-const FACTOR: f64 = 1e3;
+const SHORT_STEP_RATIO: f64 = 1e3;
 
 /// Steps that become far shorter than they were.
 #[derive(Debug, Default)]
@@ -105,7 +105,7 @@ impl Shrinking {
             self.reason = Some(reason.clone());
         }
         let rejected = self.rejected != Causes::default();
-        if cut || !rejected || FACTOR * report.length > self.told {
+        if cut || !rejected || SHORT_STEP_RATIO * report.length > self.told {
             return None;
         }
         self.told = report.length;

@@ -11,7 +11,7 @@ use crate::document::{DocumentError, Explanation};
 
 /// So many problems of one scene are reported in full, each with its lines; more would not be read, and all
 /// of a file of nothing else would take hours.
-const MOST: usize = 20;
+const MAX_REPORTED: usize = 20;
 
 /// What is wrong with a scene and where.
 ///
@@ -137,10 +137,10 @@ impl Origin {
 
     /// Combines problems into one error; `None` where there are none.
     pub(crate) fn report(&self, problems: &[DocumentError]) -> Option<SceneError> {
-        let mut errors = problems.iter().take(MOST).map(|problem| self.error(problem));
+        let mut errors = problems.iter().take(MAX_REPORTED).map(|problem| self.error(problem));
         let mut first = errors.next()?;
         first.0.others = errors.map(|error| *error.0).collect();
-        if let Some(more) = problems.len().checked_sub(MOST).filter(|more| *more > 0) {
+        if let Some(more) = problems.len().checked_sub(MAX_REPORTED).filter(|more| *more > 0) {
             let message = format!("and {more} more; fix these first");
             first.0.others.push(*self.error(&DocumentError::plain(message)).0);
         }

@@ -6,9 +6,9 @@ use miette::{MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanConten
 
 /// Longest line that is shown as a whole, bytes. A longer one is unreadable, and far out in one that has
 /// more than 65535 columns nothing can be pointed to.
-const LONGEST: usize = 1000;
+const MAX_LINE_BYTES: usize = 1000;
 /// So much of a longer one is shown on either side, bytes.
-const NEAR: usize = 60;
+const CONTEXT_BYTES: usize = 60;
 
 /// A text from which lines are shown.
 #[derive(Debug, Clone)]
@@ -17,7 +17,11 @@ pub(super) struct Excerpt(pub(super) Arc<str>);
 impl Excerpt {
     /// The end of what is pointed to from `start`: `end`, or before that where it is far.
     pub(super) fn end(&self, start: usize, end: usize) -> usize {
-        if end - start > LONGEST { self.0.floor_char_boundary(start + NEAR) } else { end }
+        if end - start > MAX_LINE_BYTES {
+            self.0.floor_char_boundary(start + CONTEXT_BYTES)
+        } else {
+            end
+        }
     }
 
     /// What is near `span` in its line.
@@ -25,8 +29,8 @@ impl Excerpt {
         let at = self.0.floor_char_boundary(span.offset());
         let line = self.0[..at].rfind('\n').map_or(0, |end| end + 1);
         let end = self.0[at..].find('\n').map_or(self.0.len(), |length| at + length);
-        let from = self.0.floor_char_boundary(at.saturating_sub(NEAR)).max(line);
-        let to = self.0.ceil_char_boundary(at + span.len() + NEAR).min(end);
+        let from = self.0.floor_char_boundary(at.saturating_sub(CONTEXT_BYTES)).max(line);
+        let to = self.0.ceil_char_boundary(at + span.len() + CONTEXT_BYTES).min(end);
         let number = self.0[..line].matches('\n').count();
         let (part, place) = (&self.0.as_bytes()[from..to], (from, to - from).into());
         MietteSpanContents::new(part, place, number, from - line, 1)
@@ -41,7 +45,7 @@ impl SourceCode for Excerpt {
         after: usize,
     ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
         let found = self.0.read_span(span, before, after)?;
-        if found.data().split(|byte| *byte == b'\n').all(|line| line.len() <= LONGEST) {
+        if found.data().split(|byte| *byte == b'\n').all(|line| line.len() <= MAX_LINE_BYTES) {
             return Ok(found);
         }
         Ok(Box::new(self.near(span)))

@@ -11,7 +11,7 @@ use super::time::Span;
 use crate::document::DocumentError;
 
 /// Most frames of a run: more are a slip of the pen, and would fill a disc with files.
-const MOST_FRAMES: f64 = 1e6;
+const MAX_FRAMES: f64 = 1e6;
 
 /// The table `[output]`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -57,13 +57,13 @@ impl OutputSpec {
         let asked = until / every.get();
         let frames = span.max_steps.map_or(asked, |most| asked.min(real(most.get())));
         let every = Short(every.get());
-        if frames > MOST_FRAMES {
+        if frames > MAX_FRAMES {
             let message = format!(
                 "every = {every} to time.until = {} asks for {frames:.1e} frames; at most \
-                 {MOST_FRAMES:e} are allowed",
+                 {MAX_FRAMES:e} are allowed",
                 Short(until)
             );
-            let least = Short(until / MOST_FRAMES);
+            let least = Short(until / MAX_FRAMES);
             return Err(DocumentError::plain(message).help(format!("every = {least} or longer")));
         }
         if asked > f64::EPSILON.recip() {

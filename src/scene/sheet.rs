@@ -281,7 +281,7 @@ pub(crate) fn origin() -> [Finite; 3] {
 }
 
 /// Keys of `[sheet]` beside those of the shape.
-const COMMON: [&str; 5] = ["shape", "file", "planar", "imperfection", "bump"];
+const COMMON_KEYS: [&str; 5] = ["shape", "file", "planar", "imperfection", "bump"];
 
 /// Names of the shapes.
 const SHAPES: [&str; 12] = [
@@ -300,7 +300,7 @@ const SHAPES: [&str; 12] = [
 ];
 
 /// Those of them that lie in a plane.
-const FLAT: [&str; 4] = ["disc", "rectangle", "lattice", "annulus"];
+const FLAT_SHAPES: [&str; 4] = ["disc", "rectangle", "lattice", "annulus"];
 
 /// Reads the table `[sheet]`.
 pub(crate) fn read_sheet(mut node: Node) -> Result<SheetSpec, DocumentError> {
@@ -344,7 +344,7 @@ fn read_planar(node: &mut Node) -> Result<bool, DocumentError> {
     }
     if let Some(Value::String(shape)) = node.get("shape").map(|shape| &shape.value)
         && SHAPES.contains(&shape.as_str())
-        && !FLAT.contains(&shape.as_str())
+        && !FLAT_SHAPES.contains(&shape.as_str())
     {
         let message = format!("a {shape} does not lie in a plane z = const");
         let problem = DocumentError::plain(message).placed(&place).under("planar");
@@ -389,7 +389,7 @@ fn read_shape(name: Node, sizes: Node) -> Result<SheetSource, DocumentError> {
     };
     shape
         .map(SheetSource::Generated)
-        .map_err(|problem: DocumentError| problem.also_allowed(&COMMON))
+        .map_err(|problem: DocumentError| problem.also_allowed(&COMMON_KEYS))
 }
 
 fn read_point(rest: &Node) -> Result<SheetSource, DocumentError> {
@@ -407,7 +407,7 @@ fn read_point(rest: &Node) -> Result<SheetSource, DocumentError> {
 fn read_annulus(sizes: Node) -> Result<Shape, DocumentError> {
     let place = sizes.get("inner").map_or(&sizes.place, |inner| &inner.place).clone();
     let ring: Annulus =
-        read(sizes).map_err(|problem: DocumentError| problem.also_allowed(&COMMON))?;
+        read(sizes).map_err(|problem: DocumentError| problem.also_allowed(&COMMON_KEYS))?;
     if ring.inner < ring.outer {
         return Ok(Shape::Annulus(ring));
     }
@@ -447,7 +447,7 @@ fn unspecified(node: &Node) -> DocumentError {
         "wavelength",
         "z",
     ];
-    let known: Vec<&str> = COMMON.into_iter().chain(sizes).collect();
+    let known: Vec<&str> = COMMON_KEYS.into_iter().chain(sizes).collect();
     if let Value::Table(entries) = &node.value
         && let Some((key, _)) = entries.iter().find(|(key, _)| !known.contains(&key.name.as_str()))
     {

@@ -11,7 +11,7 @@ use crate::document::{DocumentError, Index, Node, Place};
 
 /// Largest scene file (bytes): ten thousand times the longest that anybody has written by hand, and
 /// read in a second.
-const LARGEST: u64 = 1 << 24;
+const MAX_BYTES: u64 = 1 << 24;
 
 /// Reads the file of a scene. What is not a plain file is not even opened: a pipe would wait for
 /// a writer, and some devices never end.
@@ -28,10 +28,10 @@ pub(super) fn read(path: &Path) -> Result<String, SceneError> {
     let mut bytes = Vec::new();
     // the size that the system reports may be out of date, or 0 where it is not known.
     let file = File::open(path).map_err(unreadable)?;
-    file.take(LARGEST + 1).read_to_end(&mut bytes).map_err(unreadable)?;
-    if bytes.len() as u64 > LARGEST {
-        let size = about.len().max(LARGEST + 1);
-        return refuse(&format!("it has {size} bytes or more, and a scene at most {LARGEST}"));
+    file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() as u64 > MAX_BYTES {
+        let size = about.len().max(MAX_BYTES + 1);
+        return refuse(&format!("it has {size} bytes or more, and a scene at most {MAX_BYTES}"));
     }
     String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();

@@ -5,7 +5,7 @@ use rumple_numerics::Vec3;
 use crate::Sheet;
 
 /// Volume over the sum of the absolute values of its parts, below which it is that of a surface folded flat.
-const FLAT: f64 = 1e-9;
+const FLAT_VOLUME_SHARE: f64 = 1e-9;
 
 /// The sign of the volume that the shape `x` of a closed sheet encloses, 0 where it is one of round-off.
 fn side(sheet: &Sheet, x: &[Vec3]) -> f64 {
@@ -21,7 +21,7 @@ fn side(sheet: &Sheet, x: &[Vec3]) -> f64 {
         let cones = triangles[range].iter().map(cone);
         cones.fold([0.0, 0.0], |[v, s], cone| [v + cone, s + cone.abs()])
     });
-    if volume.abs() <= FLAT * size { 0.0 } else { volume.signum() }
+    if volume.abs() <= FLAT_VOLUME_SHARE * size { 0.0 } else { volume.signum() }
 }
 
 /// Whether a closed sheet is turned inside out between the shapes `before` and `after`; one that is flat before is on the

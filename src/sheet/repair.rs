@@ -16,7 +16,7 @@ use std::collections::HashMap;
 
 use serde::Serialize;
 
-use super::check::{self, Fault, Finding, SHOWN, Union};
+use super::check::{self, Fault, Finding, MAX_PLACES, Union};
 use super::quality::{ZERO_QUALITY, triangle_quality};
 use super::surface::Surface;
 use super::{Sheet, SheetError};
@@ -24,7 +24,7 @@ use rumple_numerics::Vec3;
 use rumple_numerics::num::{Short, index};
 
 /// Passes over triangles without area: a flip may leave another one.
-const PASSES: usize = 8;
+const MAX_PASSES: usize = 8;
 
 /// How much a repair may change.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -123,7 +123,7 @@ impl Bench {
     /// Keeps some triangles; returns names of the first ones that go, and how many do.
     fn retain(&mut self, keep: &[bool]) -> (Vec<String>, usize) {
         let gone: Vec<usize> = (0..keep.len()).filter(|&t| !keep[t]).collect();
-        let places = gone.iter().take(SHOWN).map(|&t| self.triangle(t)).collect();
+        let places = gone.iter().take(MAX_PLACES).map(|&t| self.triangle(t)).collect();
         let mut kept = keep.iter();
         self.surface.triangles.retain(|_| kept.next() == Some(&true));
         let mut kept = keep.iter();
@@ -165,7 +165,7 @@ impl Bench {
             return;
         }
         let place = |&(a, b): &(u32, u32)| format!("{} and {}", self.vertex(a), self.vertex(b));
-        let places = merged.iter().take(SHOWN).map(place).collect();
+        let places = merged.iter().take(MAX_PLACES).map(place).collect();
         let how = match distance > 0.0 {
             true => format!("nearer than {}", Short(distance)),
             false => "at the same point".to_owned(),
@@ -213,7 +213,7 @@ impl Bench {
     /// Flips the longest edge of triangles without area.
     fn flip_flat(&mut self) {
         let (mut places, mut flipped, mut removed) = (Vec::new(), 0, 0);
-        for _ in 0..PASSES {
+        for _ in 0..MAX_PASSES {
             let triangles = &self.surface.triangles;
             let flat: Vec<usize> =
                 (0..triangles.len()).filter(|&t| self.is_flat(triangles[t])).collect();
@@ -253,7 +253,7 @@ impl Bench {
                     _ => continue,
                 }
                 touched[t] = true;
-                if places.len() < SHOWN {
+                if places.len() < MAX_PLACES {
                     places.push(self.triangle(t));
                 }
             }
@@ -323,7 +323,7 @@ impl Bench {
         }
         let loose: Vec<u32> = (0..index(used.len())).filter(|&v| !used[v as usize]).collect();
         if !loose.is_empty() {
-            let places = loose.iter().take(SHOWN).map(|&v| self.vertex(v)).collect();
+            let places = loose.iter().take(MAX_PLACES).map(|&v| self.vertex(v)).collect();
             self.record(format!("left out {} vertices without a triangle", loose.len()), places);
         }
         let mut new = vec![0; used.len()];

@@ -161,7 +161,7 @@ fn values(plan: &Plan, found: &MemberResults) -> impl Iterator<Item = String> {
 }
 
 /// Largest over least value of a measure from which on its axis is logarithmic.
-const WIDE: f64 = 100.0;
+const LOG_AXIS_RATIO: f64 = 100.0;
 /// The same of a key whose values are a list.
 const WIDE_KEY: f64 = 30.0;
 
@@ -188,7 +188,7 @@ pub fn figure(plan: &Plan, members: &[MemberResults], across: usize) -> Figure {
         Some(Panel {
             title: column.title.to_owned(),
             across: across_text(axis, !failed.is_empty()),
-            logarithmic: (positive && wide, is_wide(values, WIDE)),
+            logarithmic: (positive && wide, is_wide(values, LOG_AXIS_RATIO)),
             curves,
             failed: failed.clone(),
             zeros: Vec::new(),
@@ -223,17 +223,17 @@ fn across_text(axis: &Axis, crosses: bool) -> String {
 }
 
 /// Pictures in a row from which on they are smaller, and how small.
-const MANY: usize = 8;
-const SMALL: usize = 180;
+const SMALL_TILE_COUNT: usize = 8;
+const SMALL_TILE: usize = 180;
 /// Width of a letter, about; texts are cut off where a tile ends.
-const LETTER: usize = 9;
+const LETTER_WIDTH: usize = 9;
 /// Colour of a box in place of a picture.
-const FAILED: [u8; 3] = [255, 214, 214];
-const ABSENT: [u8; 3] = [232, 232, 232];
+const FAILED_COLOUR: [u8; 3] = [255, 214, 214];
+const ABSENT_COLOUR: [u8; 3] = [232, 232, 232];
 /// Height of the bar below the last picture of one that failed.
-const BAR: usize = 6;
+const BAR_HEIGHT: usize = 6;
 /// Most pixels of a contact sheet across or down.
-const MOST_PIXELS: usize = 30_000;
+const MAX_PIXELS: usize = 30_000;
 
 /// Pictures of `members`, coloured by the first species, all on one scale and seen from one place; `None`
 /// without a sheet.
@@ -247,18 +247,18 @@ pub fn contact_sheet(plan: &Plan, members: &[MemberResults]) -> Result<Option<Pi
         [_] => members.len().clamp(1, ACROSS),
         axes => axes.last().map_or(1, |axis| axis.values.len().max(1)),
     };
-    let tile = if across > MANY { SMALL } else { TILE };
+    let tile = if across > SMALL_TILE_COUNT { SMALL_TILE } else { TILE };
     let mut sheet = ContactSheet::new(&shapes, tile);
     // Room for a word.
     let height = sheet.height().max(LINE);
     let row = 2 * LINE + height + GAP;
     let bottom = GAP + row * members.len().div_ceil(across);
     let size = ((tile * across).max(2 * TILE), bottom + LINE + GAP);
-    if shapes.is_empty() || size.0.max(size.1) > MOST_PIXELS {
+    if shapes.is_empty() || size.0.max(size.1) > MAX_PIXELS {
         return Ok(None);
     }
     sheet.resize(size.0, size.1);
-    let cut = |text: String| -> String { text.chars().take((tile - GAP) / LETTER).collect() };
+    let cut = |text: String| -> String { text.chars().take((tile - GAP) / LETTER_WIDTH).collect() };
     let last = plan.axes.len().saturating_sub(1);
     for (number, found) in members.iter().enumerate() {
         let (left, top) = (number % across * tile, GAP + number / across * row);
@@ -278,11 +278,16 @@ pub fn contact_sheet(plan: &Plan, members: &[MemberResults]) -> Result<Option<Pi
         if let Some(shown) = &found.shown {
             sheet.draw(&shape(shown), left, top);
             if failed {
-                sheet.fill((width, BAR), FAILED, left_of_box, top + height);
+                sheet.fill((width, BAR_HEIGHT), FAILED_COLOUR, left_of_box, top + height);
             }
         } else {
             let size = (width, height.saturating_sub(GAP).max(1));
-            sheet.fill(size, if failed { FAILED } else { ABSENT }, left_of_box, top + GAP / 2);
+            sheet.fill(
+                size,
+                if failed { FAILED_COLOUR } else { ABSENT_COLOUR },
+                left_of_box,
+                top + GAP / 2,
+            );
         }
     }
     let name = shown.iter().find_map(|s| s.species.as_ref()).map_or("", |(name, _)| name);

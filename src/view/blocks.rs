@@ -7,7 +7,7 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
 
 /// Bytes of the element around a block, about.
-const AROUND: usize = 64;
+const ELEMENT_BYTES: usize = 64;
 
 /// The blocks of a page.
 #[derive(Debug, Default)]
@@ -39,6 +39,6 @@ impl Blocks {
 
     /// Bytes that a block of so many bytes takes in the page.
     pub(super) fn size(bytes: usize) -> usize {
-        bytes.div_ceil(3) * 4 + AROUND
+        bytes.div_ceil(3) * 4 + ELEMENT_BYTES
     }
 }

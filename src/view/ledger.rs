@@ -11,7 +11,7 @@ use crate::output::{OutputError, ResultDirectory};
 use crate::run::Result;
 
 /// Most rows: about as many as a plot has pixels across.
-const MOST_ROWS: usize = 1000;
+const MAX_ROWS: usize = 1000;
 
 /// A ledger as the page has it.
 #[derive(Debug, Serialize)]
@@ -37,7 +37,7 @@ pub(super) fn read(root: &Path, blocks: &mut Blocks) -> Result<Option<Columns>> 
     let mut lines = complete.lines();
     let columns = titles(lines.next().unwrap_or_default());
     let body: Vec<&str> = lines.collect();
-    let (of, every) = (body.len(), body.len().div_ceil(MOST_ROWS).max(1));
+    let (of, every) = (body.len(), body.len().div_ceil(MAX_ROWS).max(1));
     let mut rows = Vec::new();
     for (k, line) in body.iter().enumerate().filter(|(k, _)| k % every == 0 || k + 1 == of) {
         let numbers: Option<Vec<f64>> = line.split(',').map(|cell| cell.parse().ok()).collect();

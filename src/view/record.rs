@@ -10,7 +10,7 @@ use crate::output::{ResultDirectory, RunStatus, SelfIntersection, Standing};
 use crate::run::{Costs, Error, Result};
 
 /// Most bytes of a text; what is longer is cut off.
-const MOST_TEXT: usize = 200_000;
+const MAX_TEXT: usize = 200_000;
 
 /// What is known of a run.
 #[derive(Debug, Default, Serialize)]
@@ -145,8 +145,8 @@ fn quoted(word: &str) -> String {
 
 /// At most so much of a text, with a word where it is cut off.
 fn cut(mut text: String) -> String {
-    if text.len() > MOST_TEXT {
-        let end = (0..=MOST_TEXT).rev().find(|end| text.is_char_boundary(*end));
+    if text.len() > MAX_TEXT {
+        let end = (0..=MAX_TEXT).rev().find(|end| text.is_char_boundary(*end));
         text.truncate(end.unwrap_or(0));
         text.push_str("\n… cut off here");
     }

@@ -2,7 +2,7 @@
 
 use std::io::Read;
 
-use super::read::{Dataset, MOST_BYTES, MOST_TIMES, short};
+use super::read::{Dataset, MAX_BYTES, MAX_TIMES, short};
 
 /// Rows that are wanted of a data set.
 pub(crate) struct Wanted<'a> {
@@ -19,9 +19,9 @@ impl Wanted<'_> {
     pub(crate) fn unpacked(&self, stored: Vec<u8>, left_out: u32) -> Result<Vec<u8>, String> {
         let size = self.set.number.size();
         let whole = self.chunk.checked_mul(self.columns).and_then(|n| n.checked_mul(size as u64));
-        let most = (stored.len() as u64 + 64).saturating_mul(MOST_TIMES);
+        let most = (stored.len() as u64 + 64).saturating_mul(MAX_TIMES);
         let whole =
-            whole.filter(|n| *n <= MOST_BYTES && *n <= most).ok_or("a chunk is too large")?;
+            whole.filter(|n| *n <= MAX_BYTES && *n <= most).ok_or("a chunk is too large")?;
         let mut bytes = stored;
         for (k, filter) in self.set.filters.iter().enumerate().rev() {
             if left_out >> k & 1 == 1 {

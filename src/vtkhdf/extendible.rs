@@ -30,15 +30,17 @@ impl Disk for File {
     }
 }
 
-use super::object::{Attribute, Kind, Layout, NOWHERE, attribute, dataset, header, padded};
+use super::object::{
+    Attribute, Kind, Layout, UNDEFINED_ADDRESS, attribute, dataset, header, padded,
+};
 use super::tree::Tree;
 
 /// Rows of a chunk of a data set that a frame extends by one number.
 const ROWS_PER_CHUNK: u64 = 64;
 
 /// Most links of a group: they stand in one node of the symbol table.
-pub(crate) const MOST_LINKS: usize = 2 * LEAF as usize;
-const LEAF: u16 = 128;
+pub(crate) const MAX_LINKS: usize = 2 * MAX_LEAF_LINKS as usize;
+const MAX_LEAF_LINKS: u16 = 128;
 
 /// Where the address of the end of the file is in the superblock.
 const END_AT: u64 = 40;
@@ -287,7 +289,7 @@ impl Image {
         // The extents follow the head of the first message, the tree's address that of the fourth.
         let extent_at = address + places[0] as u64 + 8;
         let tree = Tree::new(1 + columns.len(), rows, address + places[3] as u64 + 3);
-        self.sets.push((address, Set { spec, extent_at, tree, chunk: NOWHERE }));
+        self.sets.push((address, Set { spec, extent_at, tree, chunk: UNDEFINED_ADDRESS }));
     }
 
     /// Adds a group and what is in it; returns the address of its header.
@@ -325,7 +327,7 @@ impl Image {
             table.extend(address.to_le_bytes());
             table.extend([0; 24]);
         }
-        table.resize(8 + 40 * MOST_LINKS, 0);
+        table.resize(8 + 40 * MAX_LINKS, 0);
         let table = self.add(table);
         let size = names.len() as u64;
         let names = self.add(names);
@@ -335,7 +337,11 @@ impl Image {
         let heap = self.add(heap);
         let mut tree = b"TREE\0\0".to_vec();
         tree.extend(u16::from(!entries.is_empty()).to_le_bytes());
-        tree.extend([NOWHERE, NOWHERE, 0, table, last].iter().flat_map(|n| n.to_le_bytes()));
+        tree.extend(
+            [UNDEFINED_ADDRESS, UNDEFINED_ADDRESS, 0, table, last]
+                .iter()
+                .flat_map(|n| n.to_le_bytes()),
+        );
         tree.resize(24 + 32 * 8 + 33 * 8, 0);
         let tree = self.add(tree);
         let mut messages = vec![(0x11, [tree, heap].map(u64::to_le_bytes).concat())];
@@ -356,11 +362,15 @@ impl Image {
         let mut out = b"\x89HDF\r\n\x1a\n".to_vec();
         // Versions, then the sizes of addresses and lengths.
         out.extend([0, 0, 0, 0, 0, 8, 8, 0]);
-        out.extend(LEAF.to_le_bytes());
+        out.extend(MAX_LEAF_LINKS.to_le_bytes());
         out.extend(16u16.to_le_bytes());
         out.extend([0; 4]);
         let end = self.bytes.len() as u64;
-        out.extend([0, NOWHERE, end, NOWHERE, 0, root].iter().flat_map(|n| n.to_le_bytes()));
+        out.extend(
+            [0, UNDEFINED_ADDRESS, end, UNDEFINED_ADDRESS, 0, root]
+                .iter()
+                .flat_map(|n| n.to_le_bytes()),
+        );
         out.resize(96, 0);
         self.bytes[..96].copy_from_slice(&out);
     }

@@ -21,7 +21,7 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use rayon::prelude::*;
 
-use super::extendible::{Disk, ExtendibleFile, Extension, MOST_LINKS, Node, Row, Spec};
+use super::extendible::{Disk, ExtendibleFile, Extension, MAX_LINKS, Node, Row, Spec};
 use super::object::{Attribute, Kind};
 
 /// VTK's number of a triangle.
@@ -142,13 +142,13 @@ impl<D: Disk> FrameWriter<D> {
             let (name, title) = hdf5_name(name);
             scalars.insert(name, Node::Extendible(set, title));
         }
-        let crowded = fields.iter().chain([&scalars]).any(|group| group.len() > MOST_LINKS);
+        let crowded = fields.iter().chain([&scalars]).any(|group| group.len() > MAX_LINKS);
         if crowded
             || fields[0].len() + fields[1].len() != layout.len()
             || scalars.len() != first.scalars.len()
         {
             let what = format!(
-                "two fields get the same HDF5 name, or a group has more than {MOST_LINKS} fields"
+                "two fields get the same HDF5 name, or a group has more than {MAX_LINKS} fields"
             );
             return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
         }

@@ -8,16 +8,16 @@ use std::io::{Read, Seek, SeekFrom};
 use rumple_numerics::num::real;
 
 use super::chunk::Wanted;
-use super::object::NOWHERE;
+use super::object::UNDEFINED_ADDRESS;
 
 /// Most bytes of a chunk, of a header and of the names of a group.
-pub(crate) const MOST_BYTES: u64 = 1 << 31;
+pub(crate) const MAX_BYTES: u64 = 1 << 31;
 /// Deepest tree, longest chain of parts of a header, most links of a group.
-const DEEPEST: usize = 16;
-const MOST_PARTS: usize = 64;
-const MOST_LINKS: usize = 4096;
+const MAX_DEPTH: usize = 16;
+const MAX_PARTS: usize = 64;
+const MAX_LINKS: usize = 4096;
 /// A deflated chunk may grow so many times: what deflate can do.
-pub(crate) const MOST_TIMES: u64 = 1100;
+pub(crate) const MAX_TIMES: u64 = 1100;
 
 /// Types of numbers that are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -149,7 +149,7 @@ impl<R: Read + Seek> Reader<R> {
     }
 
     fn bytes(&mut self, at: u64, size: u64) -> Result<Vec<u8>, String> {
-        let end = at.checked_add(size).filter(|end| *end <= self.length && size <= MOST_BYTES);
+        let end = at.checked_add(size).filter(|end| *end <= self.length && size <= MAX_BYTES);
         if end.is_none() {
             return Err(format!(
                 "names {size} bytes at byte {at}, and has {}: it is damaged",
@@ -175,7 +175,7 @@ impl<R: Read + Seek> Reader<R> {
         let mut parts = vec![(address + 16, u64::from(u32_at(&head, 8)?))];
         let mut found = Vec::new();
         let mut part = 0;
-        while part < parts.len() && part < MOST_PARTS {
+        while part < parts.len() && part < MAX_PARTS {
             let (at, size) = parts[part];
             part += 1;
             let bytes = self.bytes(at, size)?;
@@ -227,13 +227,13 @@ impl<R: Read + Seek> Reader<R> {
                 let end = rest.iter().position(|b| *b == 0).unwrap_or(rest.len());
                 let name = String::from_utf8_lossy(&rest[..end]).into_owned();
                 found.push((name, u64_at(entry, 8)?));
-                if found.len() > MOST_LINKS {
-                    return Err(format!("a group has more than {MOST_LINKS} links"));
+                if found.len() > MAX_LINKS {
+                    return Err(format!("a group has more than {MAX_LINKS} links"));
                 }
             }
             return Ok(());
         }
-        if !head.starts_with(b"TREE\0") || depth > DEEPEST {
+        if !head.starts_with(b"TREE\0") || depth > MAX_DEPTH {
             return Err(format!("no table of names at byte {node}"));
         }
         let entries = self.bytes(node + 24, 16 * count + 8)?;
@@ -320,7 +320,7 @@ impl<R: Read + Seek> Reader<R> {
             .filter(|end| *end <= rows)
             .and_then(|_| count.checked_mul(columns));
         // What fits in memory and what deflate can make of the file's bytes.
-        let most = self.length.saturating_mul(MOST_TIMES).min(MOST_BYTES);
+        let most = self.length.saturating_mul(MAX_TIMES).min(MAX_BYTES);
         let Some(all) = all.filter(|all| *all <= most) else {
             return Err(format!(
                 "rows {start} to {} of a data set of {rows} are needed",
@@ -342,7 +342,7 @@ impl<R: Read + Seek> Reader<R> {
                     return Err("a data set has chunks that are not whole rows".into());
                 }
                 let mut values = vec![set.fill; usize::try_from(all).map_err(|_| short())?];
-                if *tree != NOWHERE {
+                if *tree != UNDEFINED_ADDRESS {
                     let wanted = Wanted { set, chunk: chunk[0], columns, start, count };
                     self.chunks(*tree, &wanted, &mut values, 0)?;
                 }
@@ -361,7 +361,7 @@ impl<R: Read + Seek> Reader<R> {
     ) -> Result<(), String> {
         let rank = wanted.set.extents.len();
         let head = self.bytes(node, 8)?;
-        if !head.starts_with(b"TREE\x01") || depth > DEEPEST {
+        if !head.starts_with(b"TREE\x01") || depth > MAX_DEPTH {
             return Err(format!("no index of chunks at byte {node}"));
         }
         let (level, count) = (head[5], usize::from(u16_at(&head, 6)?));

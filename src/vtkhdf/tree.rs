@@ -9,13 +9,13 @@
 //! where nothing reads it, and then counted.
 
 use super::extendible::Changes;
-use super::object::NOWHERE;
+use super::object::UNDEFINED_ADDRESS;
 
 /// Most entries of a node; HDF5's default, which superblock 0 cannot change.
-const ENTRIES: usize = 64;
+const MAX_ENTRIES: usize = 64;
 
 /// Bytes before the first key.
-const HEAD: usize = 24;
+const NODE_HEADER_BYTES: usize = 24;
 
 /// The chunk that begins at a row.
 #[derive(Debug, Clone, Copy)]
@@ -62,15 +62,15 @@ impl Tree {
 
     fn insert(&mut self, level: usize, key: Key, child: u64, changes: &mut Changes) {
         let Some(node) = self.edge.get_mut(level) else {
-            let address = changes.append(self.node(level, NOWHERE, &[(key, child)]));
+            let address = changes.append(self.node(level, UNDEFINED_ADDRESS, &[(key, child)]));
             self.edge.push(Node { address, used: 1 });
             changes.publish(self.root_at, address.to_le_bytes().to_vec());
             return;
         };
-        if node.used < ENTRIES {
+        if node.used < MAX_ENTRIES {
             let Node { address, used } = *node;
             node.used += 1;
-            let at = address + (HEAD + used * (8 + self.key_size())) as u64;
+            let at = address + (NODE_HEADER_BYTES + used * (8 + self.key_size())) as u64;
             let entry = [self.key(key), child.to_le_bytes().to_vec(), self.end()].concat();
             changes.prepare(at, entry);
             let count = u16::try_from(used + 1).unwrap_or(u16::MAX);
@@ -87,7 +87,8 @@ impl Tree {
         }
         // The full node was the root: one above it and the new one takes its place.
         let first = self.first.unwrap_or(key);
-        let root = changes.append(self.node(level + 1, NOWHERE, &[(first, old), (key, new)]));
+        let root =
+            changes.append(self.node(level + 1, UNDEFINED_ADDRESS, &[(first, old), (key, new)]));
         self.edge.push(Node { address: root, used: 2 });
         changes.publish(self.root_at, root.to_le_bytes().to_vec());
     }
@@ -114,13 +115,13 @@ impl Tree {
         out.push(u8::try_from(level).unwrap_or(u8::MAX));
         out.extend(u16::try_from(entries.len()).unwrap_or(u16::MAX).to_le_bytes());
         out.extend(left.to_le_bytes());
-        out.extend(NOWHERE.to_le_bytes());
+        out.extend(UNDEFINED_ADDRESS.to_le_bytes());
         for (key, child) in entries {
             out.extend(self.key(*key));
             out.extend(child.to_le_bytes());
         }
         out.extend(self.end());
-        out.resize(HEAD + ENTRIES * 8 + (ENTRIES + 1) * self.key_size(), 0);
+        out.resize(NODE_HEADER_BYTES + MAX_ENTRIES * 8 + (MAX_ENTRIES + 1) * self.key_size(), 0);
         out
     }
 }

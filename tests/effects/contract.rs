@@ -144,12 +144,12 @@ fn bent(declared: Coupling, ceiling: f64) -> (Potential, Vec<Vec3>) {
     (Potential::new(&Mechanics::new(sheet, terms, pins).unwrap()), x)
 }
 
-const FAR: Coupling = Coupling { pairs: true, ..Coupling::ONE_RING };
+const PAIRS_COUPLING: Coupling = Coupling { pairs: true, ..Coupling::ONE_RING };
 
 #[test]
 fn pairs_of_the_moment_are_in_the_matrix() {
     let goal = Goal { tolerance: 1e-9, max_iterations: 3000, ..Goal::default() };
-    let (mut potential, start) = bent(FAR, f64::INFINITY);
+    let (mut potential, start) = bent(PAIRS_COUPLING, f64::INFINITY);
     let usual = potential.mechanics().pattern().clone();
     let now = potential.pattern(&start);
     let blocks = |p: &rumple_numerics::linear::BlockPattern| p.start(p.rows());
@@ -185,9 +185,9 @@ fn an_effect_that_couples_what_it_does_not_declare_is_named() {
 
 #[test]
 fn no_step_goes_beyond_what_an_effect_allows() {
-    let (_, start) = bent(FAR, f64::INFINITY);
+    let (_, start) = bent(PAIRS_COUPLING, f64::INFINITY);
     let highest = |x: &[Vec3]| x.iter().map(|x| x.z).fold(f64::NEG_INFINITY, f64::max);
-    let declared = Coupling { limits_steps: true, ..FAR };
+    let declared = Coupling { limits_steps: true, ..PAIRS_COUPLING };
     let goal = Goal { tolerance: 1e-9, max_iterations: 300, ..Goal::default() };
     for ceiling in [highest(&start) + 1e-3, f64::INFINITY] {
         let (mut potential, mut x) = bent(declared, ceiling);

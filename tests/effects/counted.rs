@@ -70,7 +70,7 @@ const PARTS: [(&str, &str, &[&str]); 19] = [
 const LENGTHS: &str = "geometry optimal lengths and areas";
 
 /// The scenes: nothing, each part alone, pairs, nearly all and all that can be together.
-const TOGETHER: [&[&str]; 12] = [
+const COMBINATIONS: [&[&str]; 12] = [
     &[],
     &["bonds", "meyer"],
     &["bonds", "volume"],
@@ -99,7 +99,7 @@ const TOGETHER: [&[&str]; 12] = [
 fn scenes() -> Vec<Vec<&'static str>> {
     // Diffusion alone has no species to act on.
     let alone = PARTS.iter().map(|p| vec![p.0]).filter(|p| p[0] != "diffusion");
-    TOGETHER.iter().map(|scene| scene.to_vec()).chain(alone).collect()
+    COMBINATIONS.iter().map(|scene| scene.to_vec()).chain(alone).collect()
 }
 
 /// A scene as text; its laws come from the parts that are no effects.

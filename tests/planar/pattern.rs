@@ -23,11 +23,11 @@ use crate::common::prepare;
 
 const RADIUS: f64 = 10.0;
 /// First zero of J₁.
-const ROOT: f64 = 3.831_705_970_207_512;
+const BESSEL_ZERO: f64 = 3.831_705_970_207_512;
 const M0: f64 = 0.25;
 const ALPHA: f64 = 1e-3;
 const POISSON: f64 = 1.0 / 3.0;
-const END: f64 = 0.1;
+const END_TIME: f64 = 0.1;
 
 /// Bessel's J of order 0.
 fn bessel(x: f64) -> f64 {
@@ -52,7 +52,7 @@ fn measured(vertices: usize, s: f64, diffusion: f64) -> f64 {
          {{ kind = 'pin', where = 'rim', axes = 'xy' }},\n\
          {{ kind = 'diffusion', species = 'm', coefficient = {diffusion:?} }} ]\n\
          equilibrium = {{ method = 'lbfgs', tolerance = 1e-12 }}\n\
-         time = {{ until = {END:?}, integrator = {{ kind = 'monolithic', rtol = 1e-7, atol = 1e-10 }} }}\n\
+         time = {{ until = {END_TIME:?}, integrator = {{ kind = 'monolithic', rtol = 1e-7, atol = 1e-10 }} }}\n\
          [kinetics]\nplugin = 'tension-feedback'\n\
          parameters = {{ k_on = 1.0, k_off = {k_off:?}, a = {:?}, alpha = {ALPHA:?} }}\n\
          initial.m = {M0:?}\n",
@@ -65,7 +65,7 @@ fn measured(vertices: usize, s: f64, diffusion: f64) -> f64 {
         let [a, b, c] = corners.map(|v| sheet.rest()[v as usize]);
         corners.iter().for_each(|v| area[*v as usize] += (b - a).cross(&(c - a)).norm() / 6.0);
     }
-    let value = |x: &Vec3| bessel(ROOT * x.norm() / RADIUS);
+    let value = |x: &Vec3| bessel(BESSEL_ZERO * x.norm() / RADIUS);
     let mut mode: Vec<f64> = sheet.rest().iter().map(value).collect();
     // The uniform mode grows faster than all others.
     let mean = mode.iter().zip(&area).map(|(m, a)| m * a).sum::<f64>() / area.iter().sum::<f64>();
@@ -77,16 +77,16 @@ fn measured(vertices: usize, s: f64, diffusion: f64) -> f64 {
         *m += 1e-4 * mode;
     }
     let before = project(&simulation.state().species[0]);
-    super::run(&mut simulation, END);
+    super::run(&mut simulation, END_TIME);
     assert!(super::stays_in_plane(&simulation));
-    (project(&simulation.state().species[0]) / before).ln() / END
+    (project(&simulation.state().species[0]) / before).ln() / END_TIME
 }
 
 #[test]
 fn a_planar_spot_grows_and_decays_as_theory_says() {
     for (s, diffusion, grows) in [(8.0, 1.0, true), (2.0, 1.0, false)] {
         let reaction = (-1.0 + (1.0 - M0) * s * 0.5 * (1.0 - POISSON)) / M0;
-        let rate = reaction - diffusion * (ROOT / RADIUS).powi(2);
+        let rate = reaction - diffusion * (BESSEL_ZERO / RADIUS).powi(2);
         assert_eq!(rate > 0.0, grows);
         let [coarse, fine] = [400, 1600].map(|n| (measured(n, s, diffusion) / rate - 1.0).abs());
         // The signal is a mean over triangles and then over vertices: of second order in their size.

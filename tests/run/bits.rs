@@ -62,26 +62,26 @@ const MODELS: [(&str, &str, &str); 2] = [
 ];
 
 /// The policies.
-const ALL: &[&str] = &["quasi-static", "simultaneous", "chemistry-fast"];
-const MOVING: &[&str] = &["simultaneous", "chemistry-fast"];
-const BOTH: &[&str] = &["simultaneous"];
-const STILL: &[&str] = &["quasi-static"];
+const ALL_POLICIES: &[&str] = &["quasi-static", "simultaneous", "chemistry-fast"];
+const MOVING_POLICIES: &[&str] = &["simultaneous", "chemistry-fast"];
+const SIMULTANEOUS_POLICY: &[&str] = &["simultaneous"];
+const QUASI_STATIC_POLICY: &[&str] = &["quasi-static"];
 
 /// Integrators with the policies that they fit, the time to which they run, and the time between checkpoints where those
 /// are a part of what is computed.
 #[rustfmt::skip]
 const INTEGRATORS: [(&str, &[&str], &str, Option<&str>); 11] = [
-    ("kind=\"staggered\",rtol=1e-3,atol=1e-3", ALL, "0.01", None),
-    ("kind=\"staggered\",method=\"euler\",step=0.002", ALL, "0.01", None),
-    ("kind=\"staggered\",rtol=1e-3,atol=1e-3,shape=\"euler\"", MOVING, "0.006", None),
-    ("kind=\"staggered\",rtol=1e-3,atol=1e-3,shape=\"tr-bdf2\",chemistry=\"bdf\"", BOTH, "0.003", None),
-    ("kind=\"staggered\",rtol=1e-3,atol=1e-3,chemistry=\"exponential\"", STILL, "0.01", None),
-    ("kind=\"staggered\",rtol=1e-3,atol=1e-3,chemistry=\"esdirk34\"", STILL, "0.01", None),
-    ("kind=\"monolithic\",method=\"bdf\",rtol=1e-3,atol=1e-3", ALL, "0.003", Some("0.001")),
-    ("kind=\"monolithic\",method=\"tr-bdf2\",rtol=1e-3,atol=1e-3", ALL, "0.003", Some("0.001")),
-    ("kind=\"monolithic\",method=\"esdirk34\",rtol=1e-3,atol=1e-3", ALL, "0.003", Some("0.001")),
-    ("kind=\"explicit\",step=2e-4", BOTH, "0.002", None),
-    ("kind=\"explicit\",method=\"tsit45\",rtol=1e-3,atol=1e-3", BOTH, "0.003", Some("0.001")),
+    ("kind=\"staggered\",rtol=1e-3,atol=1e-3", ALL_POLICIES, "0.01", None),
+    ("kind=\"staggered\",method=\"euler\",step=0.002", ALL_POLICIES, "0.01", None),
+    ("kind=\"staggered\",rtol=1e-3,atol=1e-3,shape=\"euler\"", MOVING_POLICIES, "0.006", None),
+    ("kind=\"staggered\",rtol=1e-3,atol=1e-3,shape=\"tr-bdf2\",chemistry=\"bdf\"", SIMULTANEOUS_POLICY, "0.003", None),
+    ("kind=\"staggered\",rtol=1e-3,atol=1e-3,chemistry=\"exponential\"", QUASI_STATIC_POLICY, "0.01", None),
+    ("kind=\"staggered\",rtol=1e-3,atol=1e-3,chemistry=\"esdirk34\"", QUASI_STATIC_POLICY, "0.01", None),
+    ("kind=\"monolithic\",method=\"bdf\",rtol=1e-3,atol=1e-3", ALL_POLICIES, "0.003", Some("0.001")),
+    ("kind=\"monolithic\",method=\"tr-bdf2\",rtol=1e-3,atol=1e-3", ALL_POLICIES, "0.003", Some("0.001")),
+    ("kind=\"monolithic\",method=\"esdirk34\",rtol=1e-3,atol=1e-3", ALL_POLICIES, "0.003", Some("0.001")),
+    ("kind=\"explicit\",step=2e-4", SIMULTANEOUS_POLICY, "0.002", None),
+    ("kind=\"explicit\",method=\"tsit45\",rtol=1e-3,atol=1e-3", SIMULTANEOUS_POLICY, "0.003", Some("0.001")),
 ];
 
 /// Runs it on 1 and on 4 threads, and on from the middle of the first with 2.

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::program::{folder, rumple, text};
 
 /// A small sheet with a law as text, which has no value from t = 0.2 on.
-pub const LATE: &str = r#"
+pub const LATE_FAILURE: &str = r#"
 [sheet]
 shape = "disc"
 radius = 5.0
@@ -77,7 +77,7 @@ fn names(folder: &Path) -> Vec<String> {
 
 #[test]
 fn a_run_that_fails_leaves_a_folder_that_says_why() {
-    let folder = folder(LATE);
+    let folder = folder(LATE_FAILURE);
     let message = failing(folder.path(), &["scene.toml", "--out", "result"]);
     let failure = folder.path().join("result/failure");
     assert!(message.trim_end().ends_with(failure.to_str().unwrap()), "{message}");
@@ -125,7 +125,7 @@ fn a_replay_fails_again_for_the_same_reason() {
         &[r#"time.policy="simultaneous""#, r#"time.integrator={ kind = "explicit", step = 1e-3 }"#],
         &[r#"time.policy="chemistry-fast""#, r#"time.integrator="staggered""#],
     ];
-    let folder = folder(LATE);
+    let folder = folder(LATE_FAILURE);
     for keys in cases {
         let set: Vec<&str> = keys.iter().flat_map(|key| ["--set", *key]).collect();
         let args = [&["scene.toml", "--out", "a", "--force", "--quiet"], &set[..]].concat();
@@ -198,7 +198,7 @@ fn a_step_that_was_tried_with_one_length_says_that_one() {
 
 #[test]
 fn a_start_of_another_run_is_refused() {
-    let folder = folder(LATE);
+    let folder = folder(LATE_FAILURE);
     failing(folder.path(), &["scene.toml", "--out", "a", "--quiet"]);
     let refused = |keys: &[&str], part: &str| {
         let keys = keys.iter().flat_map(|key| ["--set", *key]);

@@ -18,9 +18,9 @@ fn way(every: f64) -> Way {
 }
 
 /// Heun's rule, which says what its error estimate allows, and that of a method which does not.
-const TOLD: StepRule =
+const WITH_ESTIMATE: StepRule =
     StepRule::Controlled { rtol: 1e-2, power: 2.0, longest: f64::INFINITY, growth: 2.0 };
-const UNTOLD: StepRule =
+const WITHOUT_ESTIMATE: StepRule =
     StepRule::Controlled { rtol: 1e-6, power: 6.0, longest: f64::INFINITY, growth: f64::INFINITY };
 
 /// The steps of a step control to [`UNTIL`]: they begin at `first`, grow by `growth` at most to what `allowed`
@@ -33,7 +33,7 @@ fn steps(
     every: f64,
     cost: f64,
 ) -> Vec<Taken> {
-    let told = rule == TOLD;
+    let told = rule == WITH_ESTIMATE;
     let mut noise = Noise::new(3);
     let (mut time, mut next, mut outputs, mut all) = (0.0, first, 1.0, Vec::new());
     while time < UNTIL {
@@ -89,7 +89,7 @@ fn right(rule: StepRule, every: f64, steps: &[Taken], what: &str) {
 
 #[test]
 fn growing_steps_cut_by_outputs_and_rejected_are_forecast_within_a_factor_of_two() {
-    for (rule, name) in [(TOLD, "told"), (UNTOLD, "untold")] {
+    for (rule, name) in [(WITH_ESTIMATE, "told"), (WITHOUT_ESTIMATE, "untold")] {
         for every in [UNTIL, 1.0, 0.15] {
             for (first, growth) in [(1e-3, 1.3), (1e-5, 2.0), (0.05, 2.0)] {
                 let what = format!("{name}, every {every}, from {first} by {growth}");
@@ -106,10 +106,10 @@ fn growing_steps_cut_by_outputs_and_rejected_are_forecast_within_a_factor_of_two
 #[test]
 fn short_runs_whose_steps_grow_are_not_announced_to_be_long() {
     for (rule, first, growth, total) in [
-        (TOLD, 1e-3, 1.2, 2.6),
-        (UNTOLD, 1e-3, 1.2, 2.6),
-        (TOLD, 1e-12, 2.0, 3.6),
-        (UNTOLD, 1e-12, 1.5, 3.6),
+        (WITH_ESTIMATE, 1e-3, 1.2, 2.6),
+        (WITHOUT_ESTIMATE, 1e-3, 1.2, 2.6),
+        (WITH_ESTIMATE, 1e-12, 2.0, 3.6),
+        (WITHOUT_ESTIMATE, 1e-12, 1.5, 3.6),
     ] {
         for longest in [0.5, 5.0, f64::INFINITY] {
             let made = steps(rule, (first, growth), |_| longest, UNTIL, 0.1);
@@ -132,7 +132,7 @@ fn short_runs_whose_steps_grow_are_not_announced_to_be_long() {
 /// Where steps become ever shorter, as before a singularity, no end is forecast.
 #[test]
 fn nothing_is_told_while_steps_shrink_to_nothing() {
-    let mut forecast = Forecast::new(UNTOLD, way(UNTIL), 0.0);
+    let mut forecast = Forecast::new(WITHOUT_ESTIMATE, way(UNTIL), 0.0);
     let (mut time, mut length) = (0.0, 0.05);
     let mut step = |time: &mut f64, length: f64| {
         *time += length;
@@ -216,7 +216,7 @@ fn other_tolerances_cost_what_the_order_of_the_method_says() {
     };
     // A shorter step costs less, by a power of 0.3 where nothing else is known.
     let root = 0.5f64.powf(-0.5 * 0.7);
-    let [half, same, double] = after(TOLD, Some(0.1), 0.1, UNTIL);
+    let [half, same, double] = after(WITH_ESTIMATE, Some(0.1), 0.1, UNTIL);
     assert!((same - 1.0).abs() < 1e-12, "{same}");
     assert!(
         (half / root - 1.0).abs() < 0.03 && (double * root - 1.0).abs() < 0.03,
@@ -226,7 +226,7 @@ fn other_tolerances_cost_what_the_order_of_the_method_says() {
     assert!((half / root.powi(2) - 1.0).abs() < 1e-6, "{half}");
     assert!((double * root.powi(2) - 1.0).abs() < 1e-6, "{double}");
     // Steps that might be far longer than the output times allow stay as they are.
-    let [half, _, double] = after(TOLD, Some(2.0), 0.1, 0.1);
+    let [half, _, double] = after(WITH_ESTIMATE, Some(2.0), 0.1, 0.1);
     assert!((half - 1.0).abs() < 1e-9 && (double - 1.0).abs() < 1e-9, "{half} {double}");
 }
 

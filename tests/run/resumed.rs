@@ -120,14 +120,14 @@ pub fn stopped(whole: &Path, to: &Path, kept: usize) {
     fs::write(to.join("status.json"), status.replace("\"complete\"", "\"running\"")).unwrap();
 }
 
-const OFTEN: [&str; 2] = ["checkpoint.every=1e-9", "checkpoint.keep=1000000"];
+const FREQUENT_CHECKPOINTS: [&str; 2] = ["checkpoint.every=1e-9", "checkpoint.keep=1000000"];
 
 #[test]
 fn every_kind_of_solver_goes_on_with_the_same_bits() {
     for (name, keys) in CASES {
         let folder = folder(SMALL);
         let whole = folder.path().join("whole");
-        let mut keys = [keys, &OFTEN].concat();
+        let mut keys = [keys, &FREQUENT_CHECKPOINTS].concat();
         if name == "library" {
             // Where a new start is a part of what is computed, some steps lie between two of them.
             let every = keys.len() - 2;
@@ -226,7 +226,7 @@ fn an_interruption_writes_a_checkpoint() {
 #[test]
 fn what_cannot_go_on_says_why_and_what_can() {
     let folder = folder(SMALL);
-    let keys = [&["time.until=0.2"][..], &OFTEN].concat();
+    let keys = [&["time.until=0.2"][..], &FREQUENT_CHECKPOINTS].concat();
     let run = |out: &str| rumple(folder.path(), &args(&["run", "scene.toml", "--out", out], &keys));
     assert!(run("whole").status.success());
     let whole = folder.path().join("whole");

@@ -105,14 +105,14 @@ fn faults_are_reported_with_their_place() {
 /// Counts of four thousand millions neither allocate nor take time.
 #[test]
 fn counts_are_not_believed() {
-    const MANY: &str = "4294967295";
+    const HUGE_COUNT: &str = "4294967295";
     for (name, text) in [("legacy-42-ascii.vtk", true), ("legacy-42-binary.vtk", false)] {
         let good = std::fs::read(data(name)).unwrap();
         let cells = if text { "CELLS 6" } else { "POLYGONS 6" };
         for word in ["POINTS 7", cells, "FIELD FieldData 2", "c 1 7", "u 3 7"] {
             let at = good.windows(word.len()).position(|w| w == word.as_bytes()).unwrap();
             let (before, after) = (&good[..at + word.len() - 1], &good[at + word.len()..]);
-            let bytes = [before, MANY.as_bytes(), after].concat();
+            let bytes = [before, HUGE_COUNT.as_bytes(), after].concat();
             let message = parsed(&bytes, "vtk").unwrap_err();
             assert!(message.contains("mesh.vtk: "), "{name} {word}: {message}");
         }

@@ -26,7 +26,7 @@ pub(super) struct BenchArgs {
 }
 
 /// Every quantity is timed for about this long.
-const TIME: Duration = Duration::from_millis(700);
+const TIMING_DURATION: Duration = Duration::from_millis(700);
 
 pub(super) fn run(args: &BenchArgs) -> Result<()> {
     if let Some(threads) = args.threads {
@@ -84,7 +84,7 @@ fn time(
     // All within the pool: to hand work to another thread takes longer than the work.
     rayon::scope(|_| {
         let start = Instant::now();
-        while start.elapsed() < TIME || times.len() < 3 {
+        while start.elapsed() < TIMING_DURATION || times.len() < 3 {
             let one = Instant::now();
             run()?;
             times.push(one.elapsed().as_secs_f64());

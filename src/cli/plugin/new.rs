@@ -32,8 +32,8 @@ enum Language {
 }
 
 /// The SDK in the source, and where an installation has it, from the folder above that of the program.
-const SOURCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/plugins/sdk");
-const INSTALLED: &str = "share/rumple/plugins/sdk";
+const SDK_IN_SOURCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/plugins/sdk");
+const SDK_IN_INSTALLATION: &str = "share/rumple/plugins/sdk";
 
 /// What the placeholders of a template stand for.
 struct Names {
@@ -173,10 +173,10 @@ fn camel_case(name: &str) -> String {
 fn sdk(args: &NewArgs) -> Result<String> {
     let program = std::env::current_exe().ok();
     let root = program.as_deref().and_then(Path::parent).and_then(Path::parent);
-    let installed = root.map(|root| root.join(INSTALLED));
+    let installed = root.map(|root| root.join(SDK_IN_INSTALLATION));
     let candidates = match &args.sdk {
         Some(folder) => vec![folder.clone()],
-        None => installed.into_iter().chain([PathBuf::from(SOURCE)]).collect(),
+        None => installed.into_iter().chain([PathBuf::from(SDK_IN_SOURCE)]).collect(),
     };
     let found = candidates.iter().find(|folder| folder.join("Cargo.toml").is_file());
     let Some(folder) = found else {

@@ -37,12 +37,12 @@ pub(super) struct ValidateArgs {
 }
 
 /// The check before all others.
-const LOADING: &str = "table, description, instance";
+const LOADING_CHECK: &str = "table, description, instance";
 
 /// The check after all others, of two processes.
-const AFRESH: &str = "the same in a fresh process";
+const FRESH_PROCESS_CHECK: &str = "the same in a fresh process";
 
-/// What the child reports; one line of standard output each, after [`MARK`].
+/// What the child reports; one line of standard output each, after [`LINE_PREFIX`].
 #[derive(Debug, Serialize, Deserialize)]
 enum Message {
     Begin(String),
@@ -55,13 +55,13 @@ enum Message {
 }
 
 /// Before every line of the child: a plugin may print what it likes.
-const MARK: &str = "\u{1}rumple ";
+const LINE_PREFIX: &str = "\u{1}rumple ";
 
 fn emit(message: &Message) {
     let text = serde_json::to_string(message).unwrap_or_default();
     // In one piece; a broken pipe cannot be reported to anybody.
     let mut out = std::io::stdout().lock();
-    let _ = out.write_all(format!("\n{MARK}{text}\n").as_bytes()).and_then(|()| out.flush());
+    let _ = out.write_all(format!("\n{LINE_PREFIX}{text}\n").as_bytes()).and_then(|()| out.flush());
 }
 
 pub(super) fn run(args: &ValidateArgs) -> Result<()> {
@@ -70,7 +70,7 @@ pub(super) fn run(args: &ValidateArgs) -> Result<()> {
 
 fn child(args: &ValidateArgs) -> Result<()> {
     check_global_state();
-    emit(&Message::Begin(LOADING.to_owned()));
+    emit(&Message::Begin(LOADING_CHECK.to_owned()));
     let seed = args.seed;
     let outcome = args.law.find().and_then(|found| {
         let library = match &found {
@@ -91,7 +91,7 @@ fn child(args: &ValidateArgs) -> Result<()> {
         if !args.backwards {
             try_out(&*law, &fields, make.as_ref().map(|make| make as &Make<'_>), seed);
         }
-        emit(&Message::Begin(AFRESH.to_owned()));
+        emit(&Message::Begin(FRESH_PROCESS_CHECK.to_owned()));
         // A law that fails was found by the other checks.
         if let Ok(rates) = validation::rates_in_order(&*law, &fields, seed, args.backwards) {
             emit(&Message::Rates(rates));
@@ -103,7 +103,7 @@ fn child(args: &ValidateArgs) -> Result<()> {
             Error::Scene(scene) => scene.rendered(false),
             other => other.to_string(),
         };
-        emit(&Message::Fault(LOADING.to_owned(), text));
+        emit(&Message::Fault(LOADING_CHECK.to_owned(), text));
     }
     emit(&Message::Done);
     Ok(())
@@ -120,7 +120,7 @@ fn try_out(law: &dyn Kinetics, fields: &[Vec<f64>], make: Option<&Make<'_>>, see
         d.parameters.len(),
         if read.is_empty() { "nothing".to_owned() } else { read.join(", ") }
     );
-    emit(&Message::Good(LOADING.to_owned(), text));
+    emit(&Message::Good(LOADING_CHECK.to_owned(), text));
     validation::validate(
         law,
         fields,
@@ -161,7 +161,8 @@ fn begin(
         thread::spawn(move || {
             for line in BufReader::new(out).split(b'\n').map_while(std::result::Result::ok) {
                 let line = String::from_utf8_lossy(&line).into_owned();
-                let message = line.strip_prefix(MARK).and_then(|t| serde_json::from_str(t).ok());
+                let message =
+                    line.strip_prefix(LINE_PREFIX).and_then(|t| serde_json::from_str(t).ok());
                 if send.send(message.ok_or(line)).is_err() {
                     return;
                 }
@@ -231,7 +232,7 @@ fn parent(args: &ValidateArgs) -> Result<()> {
             Ok(Ok(Message::Fault(check, text))) => report("FAULT", &check, &text),
             Ok(Ok(Message::Rates(here))) => {
                 let (verdict, text) = same_afresh(&here, afresh(args, seed, limit)?);
-                report(verdict, AFRESH, &text);
+                report(verdict, FRESH_PROCESS_CHECK, &text);
             }
             Ok(Ok(Message::Done)) => break,
             Ok(Err(line)) if line.trim().is_empty() => {}

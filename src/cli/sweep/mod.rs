@@ -15,7 +15,7 @@ use crate::study::{run, sweep};
 /// Arguments of `sweep`: those of a sweep, or a command for one that there is.
 #[derive(Debug, Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
-#[command(after_help = VALUES)]
+#[command(after_help = VALUES_HELP)]
 pub(super) struct SweepArgs {
     #[command(flatten)]
     plan: Option<PlanArgs>,
@@ -24,7 +24,7 @@ pub(super) struct SweepArgs {
 }
 
 /// How values are written.
-const VALUES: &str = "\
+const VALUES_HELP: &str = "\
 Values of --over:
   material.thickness=0.5,1,1.5          a list
   sheet.seed=1..8                       whole numbers, both ends included

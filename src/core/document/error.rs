@@ -281,7 +281,7 @@ pub fn choices_in_words(word: &str, title: &str, allowed: &[String]) -> String {
     if allowed.is_empty() {
         return format!("{title}: none");
     }
-    let first = allowed.get(..MOST_LISTED).unwrap_or(allowed);
+    let first = allowed.get(..MAX_LISTED).unwrap_or(allowed);
     let more = if first.len() < allowed.len() { ", …" } else { "" };
     let list = format!("{title}: {}{more}", first.join(", "));
     match nearest(word, allowed) {
@@ -291,7 +291,7 @@ pub fn choices_in_words(word: &str, title: &str, allowed: &[String]) -> String {
 }
 
 /// So many allowed words are listed.
-const MOST_LISTED: usize = 100;
+const MAX_LISTED: usize = 100;
 
 /// Longer words (bytes) are no misspelt ones; to compare them takes their length times that of every
 /// allowed one.

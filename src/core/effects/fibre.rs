@@ -27,7 +27,7 @@ use crate::parallel;
 use crate::sheet::{Edge, Sheet};
 
 /// The shortest projection, in units of the direction, that has a direction of its own.
-const SHORTEST: f64 = 1e-6;
+const MIN_PROJECTION: f64 = 1e-6;
 
 /// A direction as a scene gives it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -296,7 +296,7 @@ fn normal(sheet: &Sheet, t: usize) -> Vec3 {
 /// The unit vector of a direction's projection; nothing where there is none.
 fn in_plane(direction: &Vec3, normal: &Vec3) -> Option<Unit<Vec3>> {
     let normal = Unit::try_new(*normal, 0.0)?;
-    let least = SHORTEST * direction.norm();
+    let least = MIN_PROJECTION * direction.norm();
     let projected = direction - normal.dot(direction) * normal.into_inner();
     Unit::try_new(projected, least.max(f64::MIN_POSITIVE))
 }

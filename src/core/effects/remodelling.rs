@@ -32,7 +32,7 @@ use crate::num::checked::{NonNegative, Positive};
 use crate::parallel;
 
 /// A strain that matters: absolute tolerances are in units of it.
-const STRAIN: f64 = 1e-3;
+const TYPICAL_STRAIN: f64 = 1e-3;
 
 /// Parameters of remodelling in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -121,7 +121,7 @@ impl Internal for LengthRemodelling {
     }
 
     fn typical(&self) -> f64 {
-        STRAIN
+        TYPICAL_STRAIN
     }
 
     fn rates(&self, shape: &Shape<'_>, values: &[f64], out: &mut [f64]) {

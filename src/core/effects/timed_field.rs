@@ -18,7 +18,7 @@ use crate::num::checked::Checked;
 use crate::sheet::Sheet;
 
 /// Vertices at which a formula of position and time is sampled for breakpoints.
-const SAMPLED: usize = 16;
+const SAMPLED_VERTICES: usize = 16;
 
 /// A parameter at the vertices or triangles.
 #[derive(Debug, Clone)]
@@ -118,7 +118,7 @@ fn of_formula(formula: &FieldFormula, sheet: &Sheet, until: f64) -> Vec<f64> {
     let vertices = if formula.depends_on_position() { sheet.rest() } else { &sheet.rest()[..1] };
     formula.breakpoints(vertices, until, &mut times);
     let some: Vec<Vec3> =
-        vertices.iter().step_by(vertices.len().div_ceil(SAMPLED)).copied().collect();
+        vertices.iter().step_by(vertices.len().div_ceil(SAMPLED_VERTICES)).copied().collect();
     let values = |times: &[f64]| {
         let mut columns = vec![Vec::with_capacity(times.len()); some.len()];
         for time in times {

@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::{ROUND_OFF, Report, STEP, TIMES, UNDECLARED, WRONG};
+use super::{
+    DERIVATIVE_TOLERANCE, DIFFERENCE_STEP, INSPECTION_TIMES, ROUND_OFF, Report, UNDECLARED_Z_ACTION,
+};
 use super::{crumpled, dot, exceeds, finite, largest, moved, norm, on_threads, random_vectors};
 use crate::Vec3;
 use crate::effects::{EnergyTerm, HessianPart, LowRank, SPONTANEOUS_CURVATURE};
@@ -39,7 +41,7 @@ pub(super) fn of_energy(
     let mut fault = |what: String| report.faults.push(format!("{name}: {what}"));
     let plane = at_rest.first().map_or(0.0, |x| x.z);
     let flat = at_rest.iter().all(|x| x.z == plane);
-    for time in TIMES {
+    for time in INSPECTION_TIMES {
         potential.set_conditions(Some(&uneven), time);
         if flat && !leaves_plane {
             stays_in_plane(&mut potential, (&x, plane, time), &mut fault);
@@ -133,7 +135,7 @@ fn stays_in_plane(
     if !finite(&gradient) {
         fault(format!("the gradient is not finite in a plane (time {time})"));
     } else if gradient.iter().any(|g| g.z.abs() > limit) {
-        fault(UNDECLARED.into());
+        fault(UNDECLARED_Z_ACTION.into());
     }
 }
 
@@ -159,14 +161,14 @@ impl Derivatives<'_> {
         fault: &mut impl FnMut(String),
     ) {
         let Self { x, time, edge, scale, gradient, matrix, low_rank } = self;
-        let h = STEP * edge;
+        let h = DIFFERENCE_STEP * edge;
         let (up, down) = (moved(x, d, h), moved(x, d, -h));
         let exact = dot(gradient, d);
         let rise = (potential.energy(&up) - potential.energy(&down)) / (2.0 * h);
         let size = exact.abs().max(rise.abs()).max(1e-6 * norm(gradient) * norm(d));
         // The energy itself has a round-off that a small slope may not exceed.
         let noise = 1e-13 * scale / h;
-        if exceeds((rise - exact).abs(), WRONG * size + noise) {
+        if exceeds((rise - exact).abs(), DERIVATIVE_TOLERANCE * size + noise) {
             fault(format!("the gradient gives {exact:e}, differences {rise:e} (time {time})"));
         }
         let mut product = multiply(matrix, d);
@@ -183,7 +185,7 @@ impl Derivatives<'_> {
         let slope: Vec<Vec3> = above.iter().zip(&below).map(|(a, b)| (a - b) / (2.0 * h)).collect();
         let error = norm(&moved(&slope, &product, -1.0));
         let size = norm(&slope).max(norm(&product)).max(1e-9 * norm(gradient) / edge);
-        if exceeds(error, WRONG * size) {
+        if exceeds(error, DERIVATIVE_TOLERANCE * size) {
             let relative = error / size;
             fault(format!(
                 "the second derivatives differ from differences of the gradient by {relative:.1e} \
@@ -320,7 +322,7 @@ fn deviation(exact: &[Vec3], at: &mut impl FnMut(f64) -> Vec<Vec3>) -> Option<f6
     at(0.0);
     let slope: Vec<Vec3> = above.iter().zip(&below).map(|(a, b)| (a - b) / (2.0 * step)).collect();
     let (error, size) = (norm(&moved(&slope, exact, -1.0)), norm(&slope).max(norm(exact)));
-    exceeds(error, WRONG * size + 1e-9 * norm(&above)).then(|| error / size)
+    exceeds(error, DERIVATIVE_TOLERANCE * size + 1e-9 * norm(&above)).then(|| error / size)
 }
 
 fn energy_and_gradient(potential: &mut Potential, x: &[Vec3]) -> (f64, Vec<Vec3>) {

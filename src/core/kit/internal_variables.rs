@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rand::RngExt;
 
-use super::{Report, STEP, crumpled, exceeds, on_threads};
+use super::{DIFFERENCE_STEP, Report, crumpled, exceeds, on_threads};
 use crate::effects::Internal;
 use crate::kinetics::Location;
 use crate::model::{Mechanics, ModelError, Potential};
@@ -12,9 +12,9 @@ use crate::num::real;
 use crate::sheet::Sheet;
 
 /// By how much values are moved from the initial ones, in units of what matters of them.
-const MOVED: f64 = 0.1;
+const PERTURBATION: f64 = 0.1;
 /// By how much rates may exceed the bound of their derivatives, relative.
-const SLACK: f64 = 1e-3;
+const RATE_BOUND_SLACK: f64 = 1e-3;
 
 /// Everything about the internal variables of one kind.
 pub(super) fn of_internal(
@@ -66,7 +66,7 @@ fn of_rates(
     let sum = |a: &[f64], b: &[f64], share: f64| -> Vec<f64> {
         a.iter().zip(b).map(|(a, b)| a + share * b).collect()
     };
-    let values = sum(initial, &noise(MOVED * typical), 1.0);
+    let values = sum(initial, &noise(PERTURBATION * typical), 1.0);
     let direction = noise(typical);
     let ones = vec![1.0; sheet.edges().len()];
     let mut rates = |values: &Vec<f64>| {
@@ -85,14 +85,14 @@ fn of_rates(
     if on_threads(4, || rates(&values)) != there {
         fault("rates differ with the number of threads");
     }
-    let after = rates(&sum(&values, &direction, STEP));
-    let before = rates(&sum(&values, &direction, -STEP));
+    let after = rates(&sum(&values, &direction, DIFFERENCE_STEP));
+    let before = rates(&sum(&values, &direction, -DIFFERENCE_STEP));
     let size = |a: &[f64]| (a.iter().map(|a| a * a).sum::<f64>() / real(a.len().max(1))).sqrt();
-    let moved = STEP * size(&direction);
+    let moved = DIFFERENCE_STEP * size(&direction);
     let slope = size(&sum(&after, &before, -1.0)) / (2.0 * moved);
     // Differences of rates lose digits.
     let round_off = 10.0 * f64::EPSILON * size(&there) / moved;
-    if exceeds(slope, bound * (1.0 + SLACK) + round_off) {
+    if exceeds(slope, bound * (1.0 + RATE_BOUND_SLACK) + round_off) {
         fault(&format!(
             "rates change by {slope:e} per change of the values, above the spectral bound {bound:e}"
         ));

@@ -60,15 +60,15 @@ use crate::model::ModelError;
 use crate::sheet::Sheet;
 
 /// Displacements of the crumpled shape, in mean edge lengths.
-const CRUMPLED: f64 = 0.1;
+const CRUMPLING_DISPLACEMENT: f64 = 0.1;
 /// Steps of differences, in mean edge lengths; the errors of central ones are of second order.
-const STEP: f64 = 1e-5;
+const DIFFERENCE_STEP: f64 = 1e-5;
 /// Relative error of a derivative beyond which it counts as wrong.
-const WRONG: f64 = 1e-5;
+const DERIVATIVE_TOLERANCE: f64 = 1e-5;
 /// Relative size below which a change counts as round-off.
 const ROUND_OFF: f64 = 1e-9;
 /// The times at which an effect is inspected.
-const TIMES: [f64; 2] = [0.0, 0.7];
+const INSPECTION_TIMES: [f64; 2] = [0.0, 0.7];
 
 /// What [`examine`] found.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -156,11 +156,11 @@ pub fn examine_on(
         ..Report::default()
     };
     if is_nothing(&built) {
-        report.faults.push(NOTHING.into());
+        report.faults.push(NO_CONTRIBUTION.into());
     }
     let declared = effect.needs().out_of_plane.is_some();
     if !declared && built.pins.iter().flatten().any(|fixed| fixed[2]) {
-        report.faults.push(UNDECLARED.into());
+        report.faults.push(UNDECLARED_Z_ACTION.into());
     }
     for term in built.energies {
         energy::of_energy(&mut report, term, sheet, (declared, false))?;
@@ -195,7 +195,7 @@ pub fn made_up(species: &[&str]) -> Descriptor {
 }
 
 /// The fault of an effect without effect.
-const NOTHING: &str = "it brings nothing: no energy, fixed or prescribed positions, constraint, growth, transport, held value or internal \
+const NO_CONTRIBUTION: &str = "it brings nothing: no energy, fixed or prescribed positions, constraint, growth, transport, held value or internal \
                        variable";
 
 fn is_nothing(built: &Effect) -> bool {
@@ -216,14 +216,14 @@ fn is_nothing(built: &Effect) -> bool {
 }
 
 /// The fault of an effect that does in planar scenes what is never shown.
-const UNDECLARED: &str = "it acts along z on a sheet that lies in a plane z = const, and does not declare it: see \
+const UNDECLARED_Z_ACTION: &str = "it acts along z on a sheet that lies in a plane z = const, and does not declare it: see \
      Needs::out_of_plane";
 
 /// A crumpled shape of the sheet, and the generator in its state after it.
 fn crumpled(sheet: &Sheet, edge: f64) -> (Vec<Vec3>, ChaCha8Rng) {
     let mut random = ChaCha8Rng::seed_from_u64(7);
     let crumple = random_vectors(&mut random, sheet.vertex_count());
-    (moved(sheet.rest(), &crumple, CRUMPLED * edge), random)
+    (moved(sheet.rest(), &crumple, CRUMPLING_DISPLACEMENT * edge), random)
 }
 
 fn random_vectors(random: &mut ChaCha8Rng, n: usize) -> Vec<Vec3> {

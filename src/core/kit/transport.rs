@@ -3,7 +3,10 @@
 use rand::RngExt;
 
 use super::random_vectors;
-use super::{ROUND_OFF, Report, STEP, WRONG, crumpled, exceeds, finite, moved, on_threads};
+use super::{
+    DERIVATIVE_TOLERANCE, DIFFERENCE_STEP, ROUND_OFF, Report, crumpled, exceeds, finite, moved,
+    on_threads,
+};
 use crate::Vec3;
 use crate::effects::{EffectContext, Measure, Operator, TransportTerm};
 use crate::geometry::{face_areas, sum_at_corners};
@@ -11,10 +14,10 @@ use crate::kinetics::Location;
 use crate::sheet::Sheet;
 
 /// Steps of the power iteration before growth is measured, and while it is.
-const POWERS: [usize; 2] = [200, 100];
+const POWER_ITERATIONS: [usize; 2] = [200, 100];
 /// What the estimate of the largest eigenvalue may be wrong by, relative: it converges from below for
 /// matrices that are symmetric by areas, from either side for others.
-const POWER: f64 = 1e-3;
+const POWER_TOLERANCE: f64 = 1e-3;
 
 /// A transport on one shape.
 struct There<'a> {
@@ -156,7 +159,7 @@ fn by_matrix(
         fault(format!("the entries give another rate: it differs by {relative:.1e} (relative)"));
     }
     let largest = largest_eigenvalue(entries, area, c);
-    if exceeds(largest, bound * (1.0 + POWER)) {
+    if exceeds(largest, bound * (1.0 + POWER_TOLERANCE)) {
         fault(format!("the spectral bound is {bound:e}, an eigenvalue about {largest:e} in size"));
     }
 }
@@ -198,12 +201,12 @@ fn by_positions(
     for d in directions {
         let mut exact = vec![0.0; *points];
         given.iter().for_each(|(i, v, by)| exact[*i] += by.dot(&d[*v]));
-        let h = STEP * edge;
+        let h = DIFFERENCE_STEP * edge;
         let at = |h: f64| There::new(term, sheet, &moved(x, d, h), *points).rate(c);
         let (above, below) = (at(h), at(-h));
         let slope: Vec<f64> = above.iter().zip(&below).map(|(a, b)| (a - b) / (2.0 * h)).collect();
         let (error, size) = (apart(&slope, &exact), length(&slope).max(length(&exact)));
-        if exceeds(error, WRONG * size + 1e-9 * length(&above) / edge) {
+        if exceeds(error, DERIVATIVE_TOLERANCE * size + 1e-9 * length(&above) / edge) {
             let relative = error / size;
             fault(format!(
                 "the derivatives by positions differ from differences by {relative:.1e} (relative)"
@@ -227,18 +230,18 @@ fn multiply(entries: &[(usize, usize, f64)], c: &[f64]) -> (Vec<f64>, f64) {
 fn largest_eigenvalue(entries: &[(usize, usize, f64)], area: &[f64], from: &[f64]) -> f64 {
     let norm = |v: &[f64]| v.iter().zip(area).map(|(v, a)| a * v * v).sum::<f64>().sqrt();
     let (mut v, mut growth) = (from.to_vec(), 0.0);
-    for k in 0..POWERS[0] + POWERS[1] {
+    for k in 0..POWER_ITERATIONS[0] + POWER_ITERATIONS[1] {
         let before = norm(&v);
         if before == 0.0 {
             return 0.0;
         }
         v.iter_mut().for_each(|v| *v /= before);
         v = multiply(entries, &v).0;
-        if k >= POWERS[0] {
+        if k >= POWER_ITERATIONS[0] {
             growth += norm(&v).ln();
         }
     }
-    (growth / crate::num::real(POWERS[1])).exp()
+    (growth / crate::num::real(POWER_ITERATIONS[1])).exp()
 }
 
 fn mean_edge(sheet: &Sheet) -> f64 {

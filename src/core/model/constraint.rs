@@ -7,7 +7,7 @@
 //!
 //! g has no unit; λ is an energy, and `λ ∂g` the force by which the constraint is kept. Where g = 0 and
 //! ∂L = 0 the energy is stationary among all shapes that obey the constraints, whatever μ is. μ only
-//! says how hard a relaxation is driven there: [`STIFFER`] times what the sheet at rest resists with
+//! says how hard a relaxation is driven there: [`PENALTY_FACTOR`] times what the sheet at rest resists with
 //! along ∂g.
 //!
 //! At a given shape λ minimises the residual force,
@@ -29,9 +29,9 @@ use crate::reduction::Reduction;
 use crate::tally::Meter;
 
 /// μ in units of the stiffness of the sheet at rest along ∂g.
-const STIFFER: f64 = 100.0;
+const PENALTY_FACTOR: f64 = 100.0;
 /// Corrections after which a projection has not converged.
-const CORRECTIONS: usize = 20;
+const MAX_CORRECTIONS: usize = 20;
 /// Below this g counts as zero in a projection: what round-off leaves of it.
 const ROUND_OFF: f64 = 1e-14;
 
@@ -232,7 +232,8 @@ impl Potential {
             let square = mechanics.sheet().reduction().dot(gradient, gradient);
             let resists = matrix.quadratic(gradient);
             let resists = if resists > 0.0 { resists } else { matrix.mean_diagonal() * square };
-            *stiffness = if square > 0.0 { STIFFER * resists / (square * square) } else { 0.0 };
+            *stiffness =
+                if square > 0.0 { PENALTY_FACTOR * resists / (square * square) } else { 0.0 };
         }
     }
 
@@ -276,7 +277,7 @@ impl Potential {
     /// ```
     pub fn project(&mut self, x: &mut [Vec3]) -> f64 {
         let (mut left, mut best) = (f64::INFINITY, x.to_vec());
-        for _ in 0..CORRECTIONS {
+        for _ in 0..MAX_CORRECTIONS {
             let (mechanics, constraints, shape) = self.constrained(x);
             let values = constraints.evaluate(mechanics, &shape);
             let now = largest(&values);

@@ -32,7 +32,7 @@ pub(super) mod energy {
     }
 }
 
-const ENERGIES: &[&str] = &[
+const ENERGY_METERS: &[&str] = &[
     "energy",
     "energy and gradient",
     "Hessian",
@@ -52,7 +52,8 @@ pub(super) mod transport {
     pub(in crate::model) const DERIVATIVES: usize = 3;
 }
 
-const TRANSPORTS: &[&str] = &["operator on a shape", "rates", "matrix", "derivatives by positions"];
+const TRANSPORT_METERS: &[&str] =
+    &["operator on a shape", "rates", "matrix", "derivatives by positions"];
 
 /// What is counted of a law.
 pub(super) mod law {
@@ -63,7 +64,7 @@ pub(super) mod law {
     pub(in crate::model) const OBSERVABLES: usize = 4;
 }
 
-const LAWS: &[&str] = &[
+const LAW_METERS: &[&str] = &[
     "rates",
     "derivatives of rates",
     "length factor",
@@ -77,14 +78,14 @@ pub(super) mod signal {
     pub(in crate::model) const DERIVATIVES: usize = 1;
 }
 
-const SIGNALS: &[&str] = &["values", "derivatives"];
+const SIGNAL_METERS: &[&str] = &["values", "derivatives"];
 
 pub(super) fn of_energy(tally: &Tally, name: &str) -> Meter {
-    tally.meter("effect", name, ENERGIES)
+    tally.meter("effect", name, ENERGY_METERS)
 }
 
 pub(super) fn of_constraint(tally: &Tally, name: &str) -> Meter {
-    tally.meter("effect", &constraint_meter(name), ENERGIES)
+    tally.meter("effect", &constraint_meter(name), ENERGY_METERS)
 }
 
 /// The name of the meter of a constraint, which may be called as an energy is.
@@ -93,7 +94,7 @@ pub fn constraint_meter(name: &str) -> String {
 }
 
 pub(super) fn of_transport(tally: &Tally, name: &str) -> Meter {
-    tally.meter("effect", name, TRANSPORTS)
+    tally.meter("effect", name, TRANSPORT_METERS)
 }
 
 pub(super) fn of_growth(tally: &Tally, number: usize) -> Meter {
@@ -109,16 +110,16 @@ pub(super) fn growth_name(number: usize) -> String {
 }
 
 pub(super) fn of_law(tally: &Tally, name: &str) -> Meter {
-    tally.meter("law", name, LAWS)
+    tally.meter("law", name, LAW_METERS)
 }
 
 pub(super) fn of_signal(tally: &Tally, name: &str) -> Meter {
-    tally.meter("signal", name, SIGNALS)
+    tally.meter("signal", name, SIGNAL_METERS)
 }
 
 /// The geometry that several signals share.
 pub(super) fn of_curvature(tally: &Tally) -> Meter {
-    tally.meter("signal", "curvature of the sheet", SIGNALS)
+    tally.meter("signal", "curvature of the sheet", SIGNAL_METERS)
 }
 
 pub(super) fn of_lengths(tally: &Tally) -> Meter {

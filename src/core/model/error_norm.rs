@@ -16,7 +16,7 @@ use crate::effects::Internal;
 use crate::reduction::Reduction;
 
 /// Points that change by less than this share of the unit do not count as changed.
-const QUIET: f64 = 0.1;
+const NEGLIGIBLE_CHANGE: f64 = 0.1;
 
 impl Model {
     /// The misfit of the species of `a` and `b`, the larger over the species; both follow from `start`.
@@ -108,7 +108,8 @@ fn misfit(
     if sum == 0.0 {
         return 0.0;
     }
-    let changed = reduction.sum(points, |i| if at(i).0.abs() > QUIET * unit { 1.0 } else { 0.0 });
+    let changed =
+        reduction.sum(points, |i| if at(i).0.abs() > NEGLIGIBLE_CHANGE * unit { 1.0 } else { 0.0 });
     let carrying = reduction.sum(points, |i| at(i).2.powi(2));
     // Where v is 0 everywhere nothing carries it.
     let carrying = if carrying.is_finite() { carrying } else { reduction.count(points) };

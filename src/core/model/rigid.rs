@@ -22,13 +22,13 @@ use crate::reduction::Reduction;
 
 /// Mean square of the fixed components of a motion, relative to its own, that counts as 0: round-off
 /// leaves some 1e-16.
-const FREE: f64 = 1e-13;
+const FIXED_SQUARE_TOLERANCE: f64 = 1e-13;
 /// Smallest square of a component that can stand for a motion.
-const SMALL: f64 = 1e-12;
+const MIN_COMPONENT_SQUARE: f64 = 1e-12;
 /// A motion below this share of R is round-off.
 const ROUND_OFF: f64 = 1e-14;
 /// Most iterations; each leaves some |u|/R of the distance.
-const MOST: usize = 20;
+const MAX_ITERATIONS: usize = 20;
 
 /// A rigid motion.
 #[derive(Debug, Clone)]
@@ -74,7 +74,7 @@ pub fn free_motions(
     reduction.sum_over_ranks(fixed.as_mut_slice());
     let eigen = SymmetricEigen::new(fixed / rows[0].max(1.0));
     let mut all: Vec<Motion> = Vec::new();
-    for k in (0..6).filter(|&k| eigen.eigenvalues[k] <= FREE) {
+    for k in (0..6).filter(|&k| eigen.eigenvalues[k] <= FIXED_SQUARE_TOLERANCE) {
         let mut parameters: Vector6<f64> = eigen.eigenvectors.column(k).into();
         let mut shape = vec![Vec3::zeros(); x.len()];
         parallel::fill(&mut shape, |i| {
@@ -138,7 +138,7 @@ pub fn align(
     pins: &Pins,
     reduction: &Reduction,
 ) {
-    for _ in 0..MOST {
+    for _ in 0..MAX_ITERATIONS {
         let (motions, radius) = free_motions(x, pins, reduction, |_| 1.0);
         let count = motions.len();
         let shape = |m: usize| motions[m].shape.as_slice();
@@ -181,7 +181,7 @@ pub(crate) fn minimal_pins(motions: &[Motion], pins: &[[bool; 3]]) -> Vec<(usize
             .filter(|&(i, axis)| !pins[i][axis])
             .map(|(i, axis)| (row(i, axis, &basis).norm_squared(), i, axis));
         let Some((size, i, axis)) =
-            sizes.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|best| best.0 > SMALL)
+            sizes.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|best| best.0 > MIN_COMPONENT_SQUARE)
         else {
             break;
         };

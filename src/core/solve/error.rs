@@ -9,12 +9,12 @@ use crate::ode::{Failure, OdeError};
 pub type Result<T, E = SolveError> = std::result::Result<T, E>;
 
 /// Residual forces above this correspond to strains of a per cent: no tolerance to recommend.
-pub(super) const LOOSEST: f64 = 1e-2;
+pub(super) const LOOSEST_TOLERANCE: f64 = 1e-2;
 
 /// What to try when a relaxation does not converge: keys with values.
 fn other_ways(residual: f64, tolerance: f64, iterations: Option<usize>) -> String {
     let mut ways = Vec::new();
-    if residual <= (1e3 * tolerance).min(0.5 * LOOSEST) {
+    if residual <= (1e3 * tolerance).min(0.5 * LOOSEST_TOLERANCE) {
         ways.push(format!(
             "equilibrium.tolerance = {:.0e} if that force is small enough",
             2.0 * residual

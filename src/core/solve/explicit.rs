@@ -53,10 +53,10 @@ pub enum ExplicitMethod {
 }
 
 /// Fixed step of a scene that gives none.
-const STEP: f64 = 0.01;
+const DEFAULT_STEP: f64 = 0.01;
 /// How far a fixed step may leave a species' valid range and be brought back, relative to its size
 /// and typical magnitude.
-const SLACK: f64 = 1e-2;
+const RANGE_SLACK: f64 = 1e-2;
 
 #[typetag::serialize(name = "explicit")]
 impl IntegratorSpec for ExplicitSpec {
@@ -94,14 +94,14 @@ impl IntegratorSpec for ExplicitSpec {
 
     fn rule(&self) -> StepRule {
         match self.method {
-            ExplicitMethod::Euler => StepRule::Fixed(self.step.map_or(STEP, Positive::get)),
+            ExplicitMethod::Euler => StepRule::Fixed(self.step.map_or(DEFAULT_STEP, Positive::get)),
             ExplicitMethod::Tsit45 => controlled(OdeMethod::Tsit45, self.rtol),
         }
     }
 
     fn explicit_step(&self) -> Option<f64> {
         let euler = self.method == ExplicitMethod::Euler;
-        euler.then(|| self.step.map_or(STEP, Positive::get))
+        euler.then(|| self.step.map_or(DEFAULT_STEP, Positive::get))
     }
 
     fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>> {
@@ -116,7 +116,9 @@ impl IntegratorSpec for ExplicitSpec {
         let step = self.step.map(Positive::get);
         let tolerance = (self.rtol.get(), self.atol.get());
         Ok(match self.method {
-            ExplicitMethod::Euler => Box::new(Euler { step: step.unwrap_or(STEP), coupled: None }),
+            ExplicitMethod::Euler => {
+                Box::new(Euler { step: step.unwrap_or(DEFAULT_STEP), coupled: None })
+            }
             ExplicitMethod::Tsit45 => {
                 Box::new(Monolithic::new(Part::Whole, OdeMethod::Tsit45, tolerance, step))
             }
@@ -162,7 +164,7 @@ impl Integrator for Euler {
         }
         coupled.layout().unpack(model.mechanics(), time, &y, &mut next);
         next.step += 1;
-        model.keep_in_range(&mut next.species, time, (SLACK, SLACK))?;
+        model.keep_in_range(&mut next.species, time, (RANGE_SLACK, RANGE_SLACK))?;
         workspace.project(&mut next)?;
         let mut report = StepReport { length: step, ..StepReport::default() };
         report.relaxation.residual = workspace.residual_to_tell(&next)?;

@@ -35,9 +35,9 @@ use crate::record::Malformed;
 /// a of sdirk2, `1 - 1/√2`.
 const A: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 /// Stages are solved to this share of the tolerance of a step.
-const SLACK: f64 = 0.05;
+const STAGE_TOLERANCE_SHARE: f64 = 0.05;
 /// But, however slow the sheet is, not to less than this share of that.
-const LEAST_SLACK: f64 = 1e-3;
+const MIN_SLACK: f64 = 1e-3;
 /// Rises of the energy below this share of it are round-off.
 const ROUND_OFF: f64 = 1e-9;
 
@@ -236,10 +236,10 @@ impl Stage<'_> {
         let about = half.as_deref().unwrap_or(&self.from.x);
         let weights =
             model.drag().weights(model.sheet(), about, self.by.drag / (share * self.step));
-        let most = SLACK * self.by.tolerance;
+        let most = STAGE_TOLERANCE_SHARE * self.by.tolerance;
         let slack = self.velocity.map_or(most, |velocity| {
             let farthest = share * self.step * model.sheet().reduction().largest(velocity);
-            (self.by.relative * farthest).max(LEAST_SLACK * most).min(most)
+            (self.by.relative * farthest).max(MIN_SLACK * most).min(most)
         });
         Anchor { x, weights, slack }
     }

@@ -119,7 +119,7 @@ pub struct Rejection {
 }
 
 /// Rejections that are kept.
-const LAST: usize = 50;
+const MAX_KEPT: usize = 50;
 
 impl Rejection {
     /// At a step of this length from `state`.
@@ -177,7 +177,7 @@ impl Rejections {
         if let Some(count) = at.and_then(|at| self.causes.0.get_mut(at)) {
             *count += 1;
         }
-        if self.last.len() == LAST {
+        if self.last.len() == MAX_KEPT {
             self.last.pop_front();
         }
         self.last.push_back(new);

@@ -223,7 +223,7 @@ impl Workspace {
         }
         let mut x = state.x.to_vec();
         let left = self.at(state).potential()?.project(&mut x);
-        if !(left <= equilibrium::MET) {
+        if !(left <= equilibrium::CONSTRAINT_TOLERANCE) {
             let names = self.model.mechanics().constraint_names();
             let constraint = names.collect::<Vec<_>>().join(", ");
             return Err(SolveError::Constraint { constraint, value: left, rounds: 1 });

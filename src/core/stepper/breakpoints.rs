@@ -11,18 +11,18 @@ use crate::num::{Short, real};
 use crate::sheet::Sheet;
 
 /// Distance of evaluations from a breakpoint, relative to its time: times of stages are rounded.
-const MARGIN: f64 = 64.0 * f64::EPSILON;
+const BREAKPOINT_MARGIN: f64 = 64.0 * f64::EPSILON;
 /// The same where the time is small, relative to the span.
-const LEAST_MARGIN: f64 = 1e-3 * MARGIN;
+const MIN_MARGIN: f64 = 1e-3 * BREAKPOINT_MARGIN;
 /// Points at which a law is sampled, and values that this takes at most.
 const SAMPLE_POINTS: usize = 16;
-const MOST_VALUES: usize = 1 << 22;
+const MAX_VALUES: usize = 1 << 22;
 /// Breakpoints of what differs from place to place: more are thinned out.
-const MOST_BREAKPOINTS: usize = 100_000;
+const MAX_BREAKPOINTS: usize = 100_000;
 /// Steps over the span where a law that reads the time cannot be sampled.
 const BLIND_STEPS: usize = 100;
 /// So many breakpoints are listed.
-const MOST_LISTED: usize = 6;
+const MAX_LISTED: usize = 6;
 
 /// The breakpoints of a problem from time 0 to its end.
 #[derive(Debug, Clone, Default)]
@@ -83,14 +83,14 @@ impl Breakpoints {
                 self.times.push(time);
             }
         }
-        if self.times.len() > MOST_BREAKPOINTS {
-            let step = self.times.len().div_ceil(MOST_BREAKPOINTS);
+        if self.times.len() > MAX_BREAKPOINTS {
+            let step = self.times.len().div_ceil(MAX_BREAKPOINTS);
             self.times = self.times.iter().step_by(step).copied().collect();
         }
     }
 
     fn margin(&self, time: f64) -> f64 {
-        (MARGIN * time.abs()).max(LEAST_MARGIN * self.until)
+        (BREAKPOINT_MARGIN * time.abs()).max(MIN_MARGIN * self.until)
     }
 
     fn is_at(&self, breakpoint: f64, time: f64) -> bool {
@@ -137,8 +137,8 @@ impl Breakpoints {
             return None;
         }
         let first: Vec<String> =
-            self.times.iter().take(MOST_LISTED).map(|t| Short(*t).to_string()).collect();
-        let more = match self.times.len().saturating_sub(MOST_LISTED) {
+            self.times.iter().take(MAX_LISTED).map(|t| Short(*t).to_string()).collect();
+        let more = match self.times.len().saturating_sub(MAX_LISTED) {
             0 => String::new(),
             more => format!(" and {more} more"),
         };
@@ -193,7 +193,7 @@ fn rates_at(kinetics: &dyn Kinetics, batch: &Batch<'_>, times: &[f64]) -> Option
     let descriptor = kinetics.descriptor();
     let species = descriptor.species.len().max(1);
     let points =
-        SAMPLE_POINTS.min(MOST_VALUES / (2 * species * SAMPLES)).clamp(1, batch.count.max(1));
+        SAMPLE_POINTS.min(MAX_VALUES / (2 * species * SAMPLES)).clamp(1, batch.count.max(1));
     let chosen: Vec<usize> = (0..points).map(|k| k * batch.count / points).collect();
     let count = chosen.len() * times.len();
     let spread = |column: &Column<'_>| -> Vec<f64> {

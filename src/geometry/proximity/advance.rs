@@ -10,11 +10,11 @@ use rumple_numerics::Vec3;
 use super::nearest::{Corners, edge_edge, point_triangle};
 
 /// ξ.
-const REMAINS: f64 = 0.1;
+const REMAINING_GAP_SHARE: f64 = 0.1;
 /// Features touch that are nearer than this share of how far they are, or come, from the origin.
 const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 /// Advances after which the rest of a step is given up: the features slide past one another.
-const MOST: usize = 500;
+const MAX_ADVANCES: usize = 500;
 
 /// A pair of features.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -50,13 +50,13 @@ impl Kind {
     pub fn free_share(self, x: &Corners, d: &Corners, least: f64) -> f64 {
         let speed = self.approach(d);
         let mut share = 0.0;
-        for round in 0..MOST {
+        for round in 0..MAX_ADVANCES {
             let at = std::array::from_fn(|k| x[k] + share * d[k]);
             let distance = self.distance(&at);
             if !(distance > 0.0) || (round > 0 && distance < least) {
                 return share;
             }
-            let next = share + (1.0 - REMAINS) * distance / speed;
+            let next = share + (1.0 - REMAINING_GAP_SHARE) * distance / speed;
             if !(next < 1.0) {
                 return 1.0;
             }

@@ -11,9 +11,9 @@ use super::patches::{Patch, Patches};
 use crate::box_tree::Bounds;
 
 /// Vertices of a cluster, unless the reach asks for larger ones.
-const VERTICES: usize = 8;
+const CLUSTER_VERTICES: usize = 8;
 /// Extent of a cluster up to which it may have more, in units of the reach.
-const EXTENT: f64 = 1.0;
+const CLUSTER_EXTENT: f64 = 1.0;
 
 /// Neighbouring features.
 #[derive(Debug, Default)]
@@ -56,7 +56,7 @@ impl Cluster {
 pub(super) fn clusters(sheet: &Sheet, reach: f64) -> Vec<Cluster> {
     let mut vertices: Vec<u32> = (0..index(sheet.vertex_count())).collect();
     let (mut part, mut parts) = (vec![0; vertices.len()], 0);
-    split(&mut vertices, sheet.rest(), EXTENT * reach, &mut |vertices| {
+    split(&mut vertices, sheet.rest(), CLUSTER_EXTENT * reach, &mut |vertices| {
         vertices.iter().for_each(|v| part[*v as usize] = parts);
         parts += 1;
     });
@@ -118,7 +118,7 @@ fn connected(sheet: &Sheet, part: &[u32]) -> Vec<Vec<u32>> {
 /// Splits `vertices` at the median of their longest extent until they are few, or within `extent`.
 fn split(vertices: &mut [u32], rest: &[Vec3], extent: f64, take: &mut dyn FnMut(&[u32])) {
     let size = Bounds::of(vertices.iter().map(|v| rest[*v as usize])).size();
-    if vertices.len() <= VERTICES || size.max() <= extent {
+    if vertices.len() <= CLUSTER_VERTICES || size.max() <= extent {
         take(vertices);
         return;
     }

@@ -34,11 +34,11 @@ pub(super) type Gradient = [Vec3; 2];
 const ROTATION: (f64, usize) = (1e-3, 10);
 
 /// The least change of F, in the Frobenius norm, that a patch has to leave room for.
-const LEAST_ALLOWANCE: f64 = 0.03;
+const MIN_ALLOWANCE: f64 = 0.03;
 /// The bound of means serves where it leaves this change of F; else that of all triangles is computed.
-const ENOUGH: f64 = 0.1;
+const MEAN_BOUND_ALLOWANCE: f64 = 0.1;
 /// A bound is recomputed where less than this share of its allowance is left.
-const RENEWED: f64 = 0.5;
+const RENEWAL_SHARE: f64 = 0.5;
 
 /// F of a cluster.
 #[derive(Debug, Clone, Copy)]
@@ -161,7 +161,7 @@ impl Deformation {
             let change = changed * patch.sensitivity();
             let least = if before.holds { before.least - change } else { before.least + change };
             let allowed = (least - needed) / patch.sensitivity();
-            let enough = LEAST_ALLOWANCE.max(RENEWED * before.allowed);
+            let enough = MIN_ALLOWANCE.max(RENEWAL_SHARE * before.allowed);
             if before.holds == (allowed >= enough) {
                 return Some(Bound { least, ..*before });
             }
@@ -169,19 +169,21 @@ impl Deformation {
         let own = patch.clusters.binary_search(&index(k)).unwrap_or(0);
         let rotation = deformed.rotation(patch.clusters[own] as usize)?;
         let allowed = |least: f64| (least - needed) / patch.sensitivity();
-        let of_means = deformed.least(patch, &rotation).filter(|least| allowed(*least) >= ENOUGH);
+        let of_means = deformed
+            .least(patch, &rotation)
+            .filter(|least| allowed(*least) >= MEAN_BOUND_ALLOWANCE);
         let all = || {
             let flat = patch.triangles.first().filter(|_| patch.turn == 0.0);
             let most =
                 flat.map(|t| deformed.most(patch, &self.tangents[*t as usize].of, &rotation));
-            let too_little = most.filter(|most| allowed(*most) < LEAST_ALLOWANCE);
+            let too_little = most.filter(|most| allowed(*most) < MIN_ALLOWANCE);
             too_little.unwrap_or_else(|| self.least(patch, &deformed.gradients, &rotation))
         };
         let least = of_means.unwrap_or_else(all);
         Some(Bound {
             rotation,
             least,
-            holds: allowed(least) >= LEAST_ALLOWANCE,
+            holds: allowed(least) >= MIN_ALLOWANCE,
             allowed: allowed(least).max(0.0),
         })
     }

@@ -14,24 +14,24 @@ use rumple_sheet::Sheet;
 
 use super::clusters::Cluster;
 use super::deformation::{Bound, Deformation, Gradient, change};
-use super::neighbours::{APPROACH, Moved, Neighbours};
+use super::neighbours::{MAX_APPROACH_RATE, Moved, Neighbours};
 use super::pairs::{Pair, Range};
 
 /// Up to this share of all clusters are asked alone.
-const FEW: f64 = 0.25;
+const FEW_CLUSTERS_SHARE: f64 = 0.25;
 /// The place of `x` on a step is found from one vertex in so many.
-const SAMPLE: usize = 16;
+const SAMPLE_STRIDE: usize = 16;
 /// A list serves where every vertex may go so much further, in mean edges: shapes on the way of a step differ from
 /// `x + s d` by round-off.
-const MARGIN: f64 = 1e-9;
+const ROUND_OFF_MARGIN: f64 = 1e-9;
 
 /// Whether two shapes are the same. Compares vertices by the block, which costs a fraction of one by one.
 fn same(x: &[Vec3], y: &[Vec3]) -> bool {
-    const SOME: usize = 64;
+    const CHUNK: usize = 64;
     let differ = |a: &Vec3, b: &Vec3| (a.x != b.x) | (a.y != b.y) | (a.z != b.z);
     let any =
         |(x, y): (&[Vec3], &[Vec3])| x.iter().zip(y).fold(false, |any, (a, b)| any | differ(a, b));
-    x.len() == y.len() && !x.chunks(SOME).zip(y.chunks(SOME)).any(any)
+    x.len() == y.len() && !x.chunks(CHUNK).zip(y.chunks(CHUNK)).any(any)
 }
 
 /// Pairs, and how far the shape may go from where they were listed.
@@ -73,7 +73,7 @@ impl Way {
             return true;
         }
         let step = |v: usize| to[v] - from[v];
-        let sample = || (0..x.len()).step_by(SAMPLE);
+        let sample = || (0..x.len()).step_by(SAMPLE_STRIDE);
         let whole: f64 = sample().map(|v| step(v).norm_squared()).sum();
         let along: f64 = sample().map(|v| step(v).dot(&(x[v] - from[v]))).sum();
         // NaN where none of these moves, which no comparison passes.
@@ -129,7 +129,7 @@ impl List {
             }
         }
         let at = x.to_vec();
-        let (margin, way) = (MARGIN * edge, Way::default());
+        let (margin, way) = (ROUND_OFF_MARGIN * edge, Way::default());
         Self { at, range, pairs, neighbours, gradients, bounds, allowance, margin, seen: None, way }
     }
 
@@ -205,13 +205,13 @@ impl List {
         let all = self.neighbours.moved(clusters, &moved);
         let doubtful: Vec<usize> =
             (0..clusters.len()).filter(|k| !(all[*k].spread < rooms[*k])).collect();
-        if real(doubtful.len()) > FEW * real(clusters.len()) {
+        if real(doubtful.len()) > FEW_CLUSTERS_SHARE * real(clusters.len()) {
             return None;
         }
         // What clusters have moved since is taken off, and room is asked for where nothing is left.
         let left = rooms.iter().zip(all).map(|(room, moved)| room - moved.spread);
         let (mut left, mut near) =
-            (left.collect::<Vec<f64>>(), near - Moved::farthest(all) / APPROACH);
+            (left.collect::<Vec<f64>>(), near - Moved::farthest(all) / MAX_APPROACH_RATE);
         if !(near > 0.0) {
             let moved = |v: u32| x[v as usize] - self.at[v as usize];
             near = self.neighbours.room(clusters, &moved) - self.margin;

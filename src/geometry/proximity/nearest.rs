@@ -31,7 +31,7 @@ pub type Corners = [Vec3; 4];
 
 /// Edges are parallel, and one β serves, where sin² of the angle between them is below this; a triangle is a line where
 /// that between its edges is. Positions inside are exact to 1e-6 edges above it, and distances by 1e-10 edges below.
-const PARALLEL: f64 = 1e-20;
+const PARALLEL_SIN_SQUARED: f64 = 1e-20;
 
 /// The shortest connection r of two features, as weights of four points.
 #[derive(Debug, Clone, Copy)]
@@ -99,7 +99,7 @@ impl Nearest {
         }
         let (a, b, c) = (m(0, 0), m(0, 1), m(1, 1));
         let det = 4.0 * along[0].cross(&along[1]).norm_squared();
-        if !(det > PARALLEL * a * c) {
+        if !(det > PARALLEL_SIN_SQUARED * a * c) {
             return [[0.0, 0.0], [0.0, 1.0 / c]];
         }
         [[c / det, -b / det], [-b / det, a / det]]
@@ -146,7 +146,7 @@ pub fn point_triangle(x: &Corners) -> (Nearest, u8) {
         return on_edge(x, [2, 3], (d4 - d3) / ((d4 - d3) + (d5 - d6)));
     }
     let sum = normal.norm_squared();
-    if !(sum > PARALLEL * ab.norm_squared() * ac.norm_squared()) {
+    if !(sum > PARALLEL_SIN_SQUARED * ab.norm_squared() * ac.norm_squared()) {
         return on_line(x);
     }
     let (v, w) = (vb / sum, vc / sum);
@@ -209,7 +209,8 @@ pub fn edge_edge(x: &Corners) -> Nearest {
     let det = normal.norm_squared();
     // 0 where an edge has no length.
     let unit = |value: f64| if value > 0.0 { value.min(1.0) } else { 0.0 };
-    let mut s = if det > PARALLEL * a * c { unit(e.cross(&r).dot(&normal) / det) } else { 0.0 };
+    let mut s =
+        if det > PARALLEL_SIN_SQUARED * a * c { unit(e.cross(&r).dot(&normal) / det) } else { 0.0 };
     let mut t = (b * s + t0) / c;
     if !(t > 0.0) {
         (t, s) = (0.0, unit(-s0 / a));

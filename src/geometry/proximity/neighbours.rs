@@ -11,10 +11,10 @@ use super::search::{Features, Limit, Search};
 use crate::box_tree::{Bounds, BoxTree};
 
 /// Pairs are taken over where at least this share of the allowed approach of their clusters is left.
-const KEPT: f64 = 0.5;
+const REUSE_SHARE: f64 = 0.5;
 
 /// By how much clusters approach at most where every vertex moves by 1: their middles by 2, their spreads by 4.
-pub(super) const APPROACH: f64 = 6.0;
+pub(super) const MAX_APPROACH_RATE: f64 = 6.0;
 
 /// The clusters that are near one another.
 #[derive(Debug)]
@@ -183,7 +183,7 @@ impl Neighbours {
                 |other: &Neighbour| all[k].approach(&all[other.number as usize]) - other.allowed;
             listed[k].iter().map(beyond).fold(far, f64::max)
         };
-        -parallel::max(clusters.len(), excess) / APPROACH
+        -parallel::max(clusters.len(), excess) / MAX_APPROACH_RATE
     }
 
     /// Takes over the pairs of clusters that have used up little of what they may approach since those `before`, as
@@ -204,7 +204,7 @@ impl Neighbours {
                 };
                 let Pairs::Known(pairs) = &old[place].pairs else { continue };
                 let left = old[place].allowed - all[k].approach(&all[other.number as usize]);
-                if left >= KEPT * other.allowed {
+                if left >= REUSE_SHARE * other.allowed {
                     other.allowed = left;
                     other.pairs = Pairs::Known(pairs.clone());
                 }

@@ -24,14 +24,14 @@ use super::search::{Limit, Search};
 use crate::box_tree::{Bounds, BoxTree};
 
 /// Share of the distance at rest that bounds the reach of a pair.
-const OF_REST: f64 = 0.5;
+const MAX_REACH_SHARE: f64 = 0.5;
 /// How much nearer features of clusters with pairs may come until a list is rebuilt, in mean edges of the rest
 /// positions. On a smooth sheet neighbours are too far apart for the list then; a longer one would hold them.
-const SLACK: f64 = 0.3;
+const PAIR_MARGIN: f64 = 0.3;
 /// How much nearer clusters without pairs may come until a list is rebuilt, in mean edges.
-const BEYOND: f64 = 3.0;
+const CLUSTER_MARGIN: f64 = 3.0;
 /// A step ends where a pair is nearer than this share of its distance at the start, or of its reach.
-const APPROACH: f64 = 0.1;
+const MIN_DISTANCE_SHARE: f64 = 0.1;
 
 /// Which distances count.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,7 +49,7 @@ impl Range {
     #[inline]
     #[must_use]
     pub fn at(&self, kind: Kind, at_rest: f64) -> f64 {
-        self.of(kind).min(OF_REST * self.shrinkage * at_rest)
+        self.of(kind).min(MAX_REACH_SHARE * self.shrinkage * at_rest)
     }
 
     /// The reach of features that are far apart at rest.
@@ -138,7 +138,7 @@ impl Proximity {
         end.extend(x.iter().zip(direction).map(|(x, d)| x + d));
         let share = |pair: &Pair| {
             let from = at(x, &pair.corners);
-            let least = APPROACH * pair.reach.min(pair.kind.distance(&from));
+            let least = MIN_DISTANCE_SHARE * pair.reach.min(pair.kind.distance(&from));
             pair.kind.free_share(&from, &at(direction, &pair.corners), least)
         };
         let least = |pairs: &[Pair]| -parallel::max(pairs.len(), |k| -share(&pairs[k]));
@@ -169,7 +169,7 @@ impl Proximity {
     fn make(&mut self, sheet: &Sheet, x: &[Vec3], range: Range, before: Option<List>) -> List {
         let Self { clusters, deformation, .. } = &*self;
         let deformed = deformation.at((sheet, clusters), x);
-        let needed = OF_REST * range.shrinkage;
+        let needed = MAX_REACH_SHARE * range.shrinkage;
         let old = before
             .as_ref()
             .map(|before| (before, changes(clusters, &before.gradients, &deformed.gradients)));
@@ -180,11 +180,11 @@ impl Proximity {
             });
             deformation.bound((&clusters[k], k), &deformed, needed, old)
         });
-        let slack = SLACK * self.edge;
+        let slack = PAIR_MARGIN * self.edge;
         let limit = Limit { range: &range, share: 1.0, slack };
         let apart = |k: usize| bounds[k].is_some_and(|bound| bound.holds);
         let parts = (self.clusters.as_slice(), &mut self.tree);
-        let beyond = BEYOND * self.edge;
+        let beyond = CLUSTER_MARGIN * self.edge;
         let mut neighbours = Neighbours::find(parts, (x, None), &limit, (&apart, beyond));
         if let Some(before) = &before {
             let moved = |v: u32| x[v as usize] - before.at[v as usize];
@@ -217,7 +217,7 @@ impl Proximity {
         let Self { clusters, tree, deformation, list, .. } = self;
         let Some(List { gradients, bounds, .. }) = list else { return Vec::new() };
         let [at_start, at_end] = [x, end].map(|x| deformation.at((sheet, clusters), x));
-        let needed = APPROACH * OF_REST * range.shrinkage;
+        let needed = MIN_DISTANCE_SHARE * MAX_REACH_SHARE * range.shrinkage;
         let changes = changes(clusters, gradients, &at_end.gradients);
         let mut apart = vec![false; clusters.len()];
         parallel::fill(&mut apart, |k| {
@@ -232,7 +232,7 @@ impl Proximity {
             }
         });
         let keep = |kind: Kind, corners: &[u32; 4]| Some(reach(kind, sheet, corners, range));
-        let limit = Limit { range, share: APPROACH, slack: 0.0 };
+        let limit = Limit { range, share: MIN_DISTANCE_SHARE, slack: 0.0 };
         let parts = (clusters.as_slice(), tree);
         let mut neighbours = Neighbours::find(parts, (x, Some(d)), &limit, (&|k| apart[k], 0.0));
         let search = Search { sheet, x, d: Some(d), limit, keep: &keep };

@@ -16,11 +16,11 @@ use super::clusters::Cluster;
 use crate::box_tree::{Bounds, BoxTree};
 
 /// Clusters are covered whose centres are nearer than this many reaches beside the two radii …
-const REACHES: f64 = 1.5;
+const COVERED_REACHES: f64 = 1.5;
 /// … but not beyond this many radii: boxes keep them apart from there on.
-const RADII: f64 = 6.0;
+const COVERED_RADII: f64 = 6.0;
 /// Radius of a patch in units of what it has to hold.
-const WIDER: f64 = 1.1;
+const RADIUS_FACTOR: f64 = 1.1;
 /// Normals are the same that differ by less: no more than round-off.
 const ROUND_OFF: f64 = 1e-9;
 /// The largest β, radians, at which a patch is of use.
@@ -138,7 +138,8 @@ impl<'a> Patches<'a> {
     fn of(&mut self, k: usize, boxes: &[Bounds], tree: &BoxTree) -> Patch {
         let own = &self.clusters[k];
         let mut covers = Vec::new();
-        let limit = |radius: f64| (REACHES * self.reach + 2.0 * radius).min(RADII * radius);
+        let limit =
+            |radius: f64| (COVERED_REACHES * self.reach + 2.0 * radius).min(COVERED_RADII * radius);
         let far = limit(self.largest_radius);
         let enter = |node: &Bounds| node.gap(&boxes[k]) <= far;
         tree.visit(enter, 0, |j| {
@@ -152,7 +153,7 @@ impl<'a> Patches<'a> {
             let other = &self.clusters[*j as usize];
             (own.centre - other.centre).norm() + other.radius
         };
-        let radius = WIDER * covers.iter().map(of).fold(0.0, f64::max);
+        let radius = RADIUS_FACTOR * covers.iter().map(of).fold(0.0, f64::max);
         let (clusters, within) = self.around(k, radius);
         let in_ball = |v: &u32| {
             let apart = self.sheet.rest()[*v as usize] - own.centre;

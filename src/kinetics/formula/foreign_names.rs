@@ -1,7 +1,7 @@
 //! Functions by the names that other languages have for them, and how they are written here.
 
 /// Names elsewhere, and what has the same value here.
-const FOREIGN: [(&[&str], &str); 19] = [
+const FOREIGN_NAMES: [(&[&str], &str); 19] = [
     (&["ln", "loge"], "log(x)"),
     (&["log10", "lg"], "log(x)/log(10)"),
     (&["log2", "lb"], "log(x)/log(2)"),
@@ -26,5 +26,5 @@ const FOREIGN: [(&[&str], &str); 19] = [
 /// How the function `name` of other languages is written here, if it is known.
 pub(super) fn written_here(name: &str) -> Option<&'static str> {
     let name = name.to_lowercase();
-    FOREIGN.iter().find(|(names, _)| names.contains(&name.as_str())).map(|(_, here)| *here)
+    FOREIGN_NAMES.iter().find(|(names, _)| names.contains(&name.as_str())).map(|(_, here)| *here)
 }

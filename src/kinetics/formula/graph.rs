@@ -153,11 +153,11 @@ pub(super) fn logistic(a: f64) -> f64 {
 
 /// Operations that a law may have with all its derivatives for every byte of its text: twice what 500 species
 /// need of which each depends on the sum of all, …
-const PER_BYTE: usize = 128;
+const OPERATIONS_PER_BYTE: usize = 128;
 /// … at least, as short products of many factors have more, …
-const LEAST: usize = 1 << 16;
+const MIN_OPERATIONS: usize = 1 << 16;
 /// … and at most: some 300 MB, a hundred times what the largest laws that people write need.
-const LARGEST: usize = 1 << 21;
+const MAX_OPERATIONS: usize = 1 << 21;
 
 /// A law has more than so many of them.
 #[derive(Debug)]
@@ -189,7 +189,7 @@ pub(super) struct Graph {
 impl Graph {
     /// That of formulas with so many bytes in all.
     pub(super) fn of(bytes: usize) -> Self {
-        let most = bytes.saturating_mul(PER_BYTE).clamp(LEAST, LARGEST);
+        let most = bytes.saturating_mul(OPERATIONS_PER_BYTE).clamp(MIN_OPERATIONS, MAX_OPERATIONS);
         Self { most, ..Self::default() }
     }
 

@@ -18,7 +18,7 @@ use super::interval::Interval;
 use crate::Signal;
 
 /// Evaluations for the roots at all points: a tenth of a second.
-const BUDGET: usize = 200_000;
+const EVALUATION_BUDGET: usize = 200_000;
 /// A root is known to this share of its time, or of the interval.
 const RESOLUTION: f64 = 4.0 * f64::EPSILON;
 
@@ -132,7 +132,7 @@ impl Kinks {
         times: &mut Vec<f64>,
     ) -> bool {
         let points = if self.others.is_empty() { count.min(1) } else { count };
-        let mut budget = BUDGET;
+        let mut budget = EVALUATION_BUDGET;
         let mut known: Option<Vec<f64>> = None;
         (0..points).all(|point| {
             let inputs: Vec<f64> = self.others.iter().map(|&other| input(other, point)).collect();

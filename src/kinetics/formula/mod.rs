@@ -181,7 +181,7 @@ pub struct FormulaKinetics {
 type Programs = (Program, Program);
 
 /// Most species of a law as text: every rate is differentiated by each.
-const MOST_SPECIES: usize = 512;
+const MAX_SPECIES: usize = 512;
 
 /// Numbers of inputs among those that a call has, by their numbers in the graph.
 type Numbers = Vec<Option<usize>>;
@@ -192,11 +192,11 @@ impl FormulaKinetics {
     /// # Errors
     /// The first formula that is wrong.
     pub fn new(law: &Law) -> Result<Self, LawError> {
-        if law.species.len() > MOST_SPECIES {
+        if law.species.len() > MAX_SPECIES {
             let (text, count) =
                 (law.rates.first().map_or("", |rate| &rate.text), law.species.len());
             let message =
-                format!("the law has {count} species; as text it has at most {MOST_SPECIES}");
+                format!("the law has {count} species; as text it has at most {MAX_SPECIES}");
             let error = FormulaError::new(0..text.len(), message).help("write it as a plugin");
             return Err(LawError { formula: Which::Rate(0), error });
         }

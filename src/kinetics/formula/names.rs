@@ -10,7 +10,7 @@ use crate::error::nearest;
 use crate::{Parameter, Signal};
 
 /// Short names of signals.
-const SHORT: [(&str, &str); 9] = [
+const SHORT_NAMES: [(&str, &str); 9] = [
     ("H", "mean_curvature"),
     ("K", "gaussian_curvature"),
     ("sigma", "tension"),
@@ -23,7 +23,7 @@ const SHORT: [(&str, &str); 9] = [
 ];
 
 /// So many known names are listed where one is not known.
-const MOST_LISTED: usize = 100;
+const MAX_LISTED: usize = 100;
 
 /// What names stand for while formulas are put into the graph.
 ///
@@ -95,7 +95,8 @@ impl<'a> Names<'a> {
         if name == "pi" {
             return Ok(graph.constant(std::f64::consts::PI));
         }
-        let full = SHORT.iter().find(|(short, _)| *short == name).map_or(name, |(_, full)| full);
+        let full =
+            SHORT_NAMES.iter().find(|(short, _)| *short == name).map_or(name, |(_, full)| full);
         if let Some(column) = self.columns.iter().position(|column| *column == full) {
             return Ok(graph.input(rumple_numerics::num::index(self.law.species.len() + column)));
         }
@@ -104,8 +105,8 @@ impl<'a> Names<'a> {
         all.extend(lets.filter(|name| self.lets.contains_key(name)));
         all.extend(self.law.parameters.iter().map(|p| p.name.as_str()));
         all.extend(self.columns.iter().copied());
-        all.extend(SHORT.iter().map(|(short, _)| *short));
-        let first = all.get(..MOST_LISTED).unwrap_or(&all);
+        all.extend(SHORT_NAMES.iter().map(|(short, _)| *short));
+        let first = all.get(..MAX_LISTED).unwrap_or(&all);
         let list = first.join(", ") + if first.len() < all.len() { ", …" } else { "" };
         Err(match nearest(name, all.iter().copied()) {
             Some(near) => format!("did you mean `{near}`? There are {list}"),

@@ -8,7 +8,7 @@ use super::graph::{Graph, Id, Op};
 use crate::Column;
 
 /// Points in a block.
-const LANES: usize = 256;
+const BLOCK_POINTS: usize = 256;
 
 /// Operations in order, with rows in place of nodes.
 #[derive(Debug, Clone)]
@@ -106,13 +106,13 @@ impl Program {
 
     /// Writes every output at `count` points.
     pub(super) fn run(&self, inputs: &[Column<'_>], count: usize, outputs: &mut [&mut [f64]]) {
-        let mut rows = vec![vec![0.0; LANES]; self.rows];
+        let mut rows = vec![vec![0.0; BLOCK_POINTS]; self.rows];
         for &(row, value) in &self.constants {
             rows[row].fill(value);
         }
         // Rows of inputs are used again for others: every block brings them again.
-        for start in (0..count).step_by(LANES) {
-            let lanes = LANES.min(count - start);
+        for start in (0..count).step_by(BLOCK_POINTS) {
+            let lanes = BLOCK_POINTS.min(count - start);
             for &(number, row) in &self.inputs {
                 inputs[number].copy_to(start, &mut rows[row][..lanes]);
             }

@@ -10,7 +10,7 @@ use rumple_numerics::Vec3;
 use rumple_numerics::num::index;
 
 /// The number of the first species among its inputs, behind those of position and time.
-const FIRST: usize = NAMES.len();
+const FIRST_SPECIES: usize = NAMES.len();
 
 /// The names that a formula can read in place of one that it cannot.
 fn unknown(name: &str, known: &[&str], species: &[&str]) -> String {
@@ -60,11 +60,11 @@ impl SpeciesFormula {
                 return Err(unknown(name, known, species));
             };
             read.push(s);
-            Ok(graph.input(index(FIRST + s)))
+            Ok(graph.input(index(FIRST_SPECIES + s)))
         })?;
         read.sort_unstable();
         read.dedup();
-        let slopes = read.iter().map(|s| graph.slope(id, index(FIRST + s)));
+        let slopes = read.iter().map(|s| graph.slope(id, index(FIRST_SPECIES + s)));
         let slopes: Vec<_> = slopes.collect::<Result<_, _>>().map_err(|large| large.at(text))?;
         graph.complete();
         let (value, slopes) = (Program::new(&graph, &[id]), Program::new(&graph, &slopes));

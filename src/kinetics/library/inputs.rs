@@ -22,13 +22,13 @@ pub(super) struct Inputs {
 
 thread_local! {
     /// Room for the copies of one call, used again for the next: it stays in the cache.
-    static ROOM: Cell<Vec<f64>> = const { Cell::new(Vec::new()) };
+    static SCRATCH: Cell<Vec<f64>> = const { Cell::new(Vec::new()) };
 }
 
 impl Drop for Inputs {
     fn drop(&mut self) {
         if self.data.capacity() > 0 {
-            ROOM.set(std::mem::take(&mut self.data));
+            SCRATCH.set(std::mem::take(&mut self.data));
         }
     }
 }
@@ -37,7 +37,7 @@ impl Inputs {
     pub(super) fn new(batch: &Batch<'_>) -> Self {
         let all = || batch.inputs().chain(batch.parameters);
         let length = |column: &Column<'_>| if column.parts().1 == 0 { 1 } else { batch.count };
-        let mut data = ROOM.take();
+        let mut data = SCRATCH.take();
         data.clear();
         data.reserve(all().map(length).sum());
         let mut starts: SmallVec<[_; 8]> = SmallVec::new();

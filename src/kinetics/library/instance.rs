@@ -15,7 +15,7 @@ use smallvec::SmallVec;
 use super::Library;
 use super::call::Call;
 use super::inputs::Inputs;
-use crate::batch::{Batch, Column, UNTOUCHED};
+use crate::batch::{Batch, Column, UNWRITTEN_BITS};
 use crate::descriptor::Descriptor;
 use crate::error::KineticsError;
 use crate::{Kinetics, Outcome, Quantity, Site, differences};
@@ -32,8 +32,8 @@ pub struct PluginKinetics {
 }
 
 /// This many calls of an instance are watched for changed inputs, and after that every so many.
-const WATCHED: usize = 64;
-const EVERY: usize = 64;
+const WATCHED_CALLS: usize = 64;
+const WATCH_INTERVAL: usize = 64;
 
 // SAFETY: the boundary demands that instances may be used from any number of threads at once.
 unsafe impl Send for PluginKinetics {}
@@ -129,7 +129,7 @@ impl PluginKinetics {
         partials: &mut [&mut [f64]],
     ) -> Outcome {
         let calls = self.calls.fetch_add(1, Ordering::Relaxed);
-        if calls >= WATCHED && !calls.is_multiple_of(EVERY) {
+        if calls >= WATCHED_CALLS && !calls.is_multiple_of(WATCH_INTERVAL) {
             return self.call_once(quantity, batch, values, partials, false);
         }
         let copies = |columns: &[&mut [f64]]| -> Vec<Vec<f64>> {
@@ -179,7 +179,8 @@ impl PluginKinetics {
     ) -> Outcome {
         let inputs = if watched { Inputs::new(batch) } else { Inputs::borrowed(batch) };
         // What it leaves unwritten must not pass for a result: numbers of an earlier call would.
-        let clear = |column: &mut &mut [f64]| column[..batch.count].fill(f64::from_bits(UNTOUCHED));
+        let clear =
+            |column: &mut &mut [f64]| column[..batch.count].fill(f64::from_bits(UNWRITTEN_BITS));
         values.iter_mut().for_each(clear);
         partials.iter_mut().for_each(clear);
         let raw = |columns: &mut [&mut [f64]]| -> SmallVec<[abi::ColumnMut; 8]> {

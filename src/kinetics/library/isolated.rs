@@ -35,7 +35,7 @@ pub use law::IsolatedKinetics;
 const SERVE_ARGUMENT: &str = "isolated-plugin";
 
 /// Whether this program serves plugins when it is asked to.
-static SERVES: AtomicBool = AtomicBool::new(false);
+static SERVES_PLUGINS: AtomicBool = AtomicBool::new(false);
 
 /// How plugins are put into processes of their own.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -50,7 +50,7 @@ impl Isolation {
     /// # Errors
     /// [`KineticsError::Isolated`] if it does not.
     pub fn here(limit: Duration) -> Result<Self, KineticsError> {
-        if SERVES.load(Ordering::Relaxed) {
+        if SERVES_PLUGINS.load(Ordering::Relaxed) {
             return Ok(Self::by("/proc/self/exe".into(), limit));
         }
         Err(KineticsError::Isolated(
@@ -70,7 +70,7 @@ impl Isolation {
 /// Serves a plugin, and never returns, if the arguments of the program ask for it. To be called
 /// before anything else by programs that isolate plugins.
 pub fn serve_if_asked() {
-    SERVES.store(true, Ordering::Relaxed);
+    SERVES_PLUGINS.store(true, Ordering::Relaxed);
     let mut arguments = std::env::args_os().skip(1);
     if arguments.next().is_some_and(|word| word == SERVE_ARGUMENT) {
         let lanes = arguments.next().and_then(|n| n.to_str()?.parse().ok());

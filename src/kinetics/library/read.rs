@@ -15,7 +15,7 @@ use crate::descriptor::{
 use crate::metadata::{self, Problem};
 
 /// More elements than this in an array of a descriptor are taken for garbage.
-const MOST_ELEMENTS: usize = 256;
+const MAX_ELEMENTS: usize = 256;
 /// More bytes than this in a text of a descriptor are taken for garbage.
 const LONGEST_TEXT: usize = 1 << 16;
 
@@ -319,8 +319,8 @@ unsafe fn elements<T: Copy>(
     if count == 0 {
         return Ok(Vec::new());
     }
-    if count > MOST_ELEMENTS {
-        return problem(format!("there are {count}; expected at most {MOST_ELEMENTS}"));
+    if count > MAX_ELEMENTS {
+        return problem(format!("there are {count}; expected at most {MAX_ELEMENTS}"));
     }
     if first.is_null() || !first.is_aligned() {
         return problem("the array is null or not aligned".to_owned());

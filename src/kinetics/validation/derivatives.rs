@@ -8,22 +8,22 @@
 //! of the trusted slopes of both sides, widened by what they differ in: at a kink any slope between
 //! those of its sides. One that is infinite is right where the slopes grow without bound.
 
-use crate::differences::{self, SCALES, Side};
+use crate::differences::{self, STEP_SCALES, Side};
 use crate::field::Columns;
 use crate::{Batch, Kinetics, KineticsError, Quantity, Site};
 use rumple_numerics::num::Short;
 
 /// A given derivative further from the slopes than this share of their size is wrong.
-const WRONG: f64 = 1e-3;
+const MISMATCH_SHARE: f64 = 1e-3;
 /// Derivatives that matter less than this share of the output over the input's typical magnitude are
 /// not compared: differences lose what is smaller.
-const SMALL: f64 = 1e-4;
+const NEGLIGIBLE_DERIVATIVE: f64 = 1e-4;
 /// Trusted slopes differ by this share of their size at most ...
-const SMOOTH: f64 = 0.02;
+const SLOPE_AGREEMENT: f64 = 0.02;
 /// ... and the last two by this share of what the first two differ in: a smooth law has 1/4.
-const CONVERGING: f64 = 0.4;
+const CONVERGENCE_RATIO: f64 = 0.4;
 /// What round-off leaves of a slope, of the output over the input's typical magnitude.
-const NOISE: f64 = 1e-7;
+const SLOPE_NOISE: f64 = 1e-7;
 
 /// Two ways to the same number may differ by this share of the greatest one.
 pub(super) const ROUND_OFF: f64 = 1e-9;
@@ -76,7 +76,7 @@ impl Compared {
     fn look(
         &mut self,
         given: &[f64],
-        sides: &[&[[f64; SCALES]]; 2],
+        sides: &[&[[f64; STEP_SCALES]]; 2],
         scale: impl Fn(usize) -> f64,
         (quantity, entry): (Quantity, usize),
     ) {
@@ -114,7 +114,7 @@ enum Judgement {
 
 /// Slopes on one side of a point, over ever shorter steps.
 #[derive(Clone, Copy)]
-struct Slopes([f64; SCALES]);
+struct Slopes([f64; STEP_SCALES]);
 
 impl Slopes {
     fn extrapolated(self) -> f64 {
@@ -125,20 +125,20 @@ impl Slopes {
     /// The range in which a derivative is right, if these can be trusted; NaN never are.
     fn trusted(self, scale: f64) -> Option<(f64, f64)> {
         let [d0, d1, d2] = self.0;
-        let noise = NOISE * scale;
+        let noise = SLOPE_NOISE * scale;
         let all = [d1, d2, self.extrapolated()];
         let (low, high) = (all.into_iter().fold(d1, f64::min), all.into_iter().fold(d1, f64::max));
         let width = high - low;
         let size = d1.abs().max(d2.abs());
-        let smooth = width <= SMOOTH * size + noise;
-        let converging = (d2 - d1).abs() <= CONVERGING * (d1 - d0).abs() + noise;
+        let smooth = width <= SLOPE_AGREEMENT * size + noise;
+        let converging = (d2 - d1).abs() <= CONVERGENCE_RATIO * (d1 - d0).abs() + noise;
         (smooth && converging).then_some((low - width, high + width))
     }
 
     /// Whether the slopes grow without bound towards `infinity`.
     fn diverge(self, infinity: f64) -> bool {
         let [d0, d1, d2] = self.0.map(|d| d * infinity.signum());
-        d2 > d1 && d1 > d0 && d2 - d1 > CONVERGING * (d1 - d0) && infinity.is_infinite()
+        d2 > d1 && d1 > d0 && d2 - d1 > CONVERGENCE_RATIO * (d1 - d0) && infinity.is_infinite()
     }
 }
 
@@ -164,7 +164,7 @@ fn judge(given: f64, sides: [Slopes; 2], scale: f64) -> Judgement {
     };
     let error = (low - given).max(given - high).max(0.0);
     let size = low.abs().max(high.abs()).max(given.abs());
-    let wrong = error > WRONG * size + SMALL * scale;
+    let wrong = error > MISMATCH_SHARE * size + NEGLIGIBLE_DERIVATIVE * scale;
     if wrong { Judgement::Wrong(error / size) } else { Judgement::Right }
 }
 

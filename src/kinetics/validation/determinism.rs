@@ -8,7 +8,7 @@ use crate::{Batch, Kinetics, KineticsError, Quantity};
 
 /// How many threads call at once, and how often each.
 const THREADS: usize = 8;
-const ROUNDS: usize = 40;
+const CALLS_PER_THREAD: usize = 40;
 
 /// Evaluates twice by all threads and once by this one alone.
 pub(super) fn same_twice(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<(), KineticsError> {
@@ -54,7 +54,7 @@ pub(super) fn threads(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<(), 
     let share = batch.count.div_ceil(THREADS).max(1);
     let work = |start: usize| -> Result<(), KineticsError> {
         let count = share.min(batch.count - start);
-        for _ in 0..ROUNDS {
+        for _ in 0..CALLS_PER_THREAD {
             let mut found = Columns::new(kinetics.descriptor().species.len(), count);
             batch.with_part(start, count, |b| {
                 kinetics.evaluate(Quantity::Rates, b, &mut found.slices_mut(), &mut [])?;

@@ -23,14 +23,14 @@ const POINTS_PER_LINE: usize = 1 << 15;
 /// Lines along each input, with others half a step apart.
 const LINES_PER_INPUT: usize = 2;
 /// Kinks of a line that are inspected.
-const KINKS: usize = 8;
+const MAX_KINKS: usize = 8;
 /// How often each is inspected more closely, and by how many points.
-const DEPTH: usize = 7;
-const CLOSER: usize = 128;
+const ZOOM_LEVELS: usize = 7;
+const ZOOM_POINTS: usize = 128;
 /// Sampled points, the last of which give the other inputs: the first lie at bounds.
-const OTHERS: usize = 1024;
+const SAMPLED_POINTS: usize = 1024;
 /// A law for which a line would take longer is inspected near edges only.
-const PATIENCE: Duration = Duration::from_secs(2);
+const MAX_LINE_DURATION: Duration = Duration::from_secs(2);
 
 /// What one input may be.
 struct Axis {
@@ -47,11 +47,11 @@ pub(super) fn look(kinetics: &dyn Kinetics, fields: &[Vec<f64>], seed: u64) -> C
     for (input, axis) in axes(descriptor).into_iter().enumerate() {
         let Some(axis) = axis else { continue };
         for line in 0..LINES_PER_INPUT {
-            let others =
-                Samples::new(descriptor, OTHERS, random.random()).with_parameters(fields, seed);
+            let others = Samples::new(descriptor, SAMPLED_POINTS, random.random())
+                .with_parameters(fields, seed);
             let shift = real(line) / real(LINES_PER_INPUT);
             let whole = others.with(true, |batch| {
-                along(kinetics, batch, OTHERS - 1 - line, (input, &axis), shift)
+                along(kinetics, batch, SAMPLED_POINTS - 1 - line, (input, &axis), shift)
             })?;
             lines += usize::from(whole);
         }
@@ -141,16 +141,16 @@ fn along(
     line.values(&edges)?;
     let points = axis.points(shift);
     if begin.elapsed().as_secs_f64() / real(edges.len().max(1)) * real(POINTS_PER_LINE)
-        > PATIENCE.as_secs_f64()
+        > MAX_LINE_DURATION.as_secs_f64()
     {
         return Ok(false);
     }
     let values = line.values(&points)?;
-    for kink in kinks(&points, &values, KINKS) {
+    for kink in kinks(&points, &values, MAX_KINKS) {
         let (mut from, mut to) = (points[kink - 1], points[kink + 1]);
-        for _ in 0..DEPTH {
-            let step = (to - from) / real(CLOSER);
-            let closer: Vec<f64> = (0..=CLOSER).map(|k| from + step * real(k)).collect();
+        for _ in 0..ZOOM_LEVELS {
+            let step = (to - from) / real(ZOOM_POINTS);
+            let closer: Vec<f64> = (0..=ZOOM_POINTS).map(|k| from + step * real(k)).collect();
             let values = line.values(&closer)?;
             let Some(kink) = kinks(&closer, &values, 1).first().copied() else { break };
             (from, to) = (closer[kink - 1], closer[kink + 1]);

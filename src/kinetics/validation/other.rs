@@ -12,7 +12,7 @@ use crate::descriptor::Default;
 use crate::{Batch, Column, Descriptor, Feedback, Kinetics, KineticsError, Quantity};
 
 /// Sets of parameters besides the defaults.
-const SETS: usize = 8;
+const PARAMETER_SETS: usize = 8;
 
 /// Rates with parameters around their defaults.
 pub(super) fn uniform(
@@ -28,7 +28,7 @@ pub(super) fn uniform(
     let Some(make) = make else { return Ok(Verdict::Skipped("the scene gives them".into())) };
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut refused = 0;
-    for _ in 0..SETS {
+    for _ in 0..PARAMETER_SETS {
         let set = parameters(descriptor, kinetics.parameters(), &mut random);
         let text: Vec<String> =
             set.iter().map(|(name, value)| format!("{name} = {value}")).collect();
@@ -42,7 +42,7 @@ pub(super) fn uniform(
         }
     }
     let note = if refused == 0 { String::new() } else { format!(", {refused} of them refused") };
-    Ok(Verdict::Good(format!("{SETS} sets from half to twice the defaults{note}")))
+    Ok(Verdict::Good(format!("{PARAMETER_SETS} sets from half to twice the defaults{note}")))
 }
 
 /// The law with these parameters; `None` if it says that they do not go together.
@@ -74,7 +74,7 @@ pub(super) fn over_the_sheet(
     let Some(make) = make else { return given_by_a_scene(kinetics, samples) };
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut laws = Vec::new();
-    for _ in 0..SETS {
+    for _ in 0..PARAMETER_SETS {
         let set = parameters(descriptor, kinetics.parameters(), &mut random);
         laws.extend(made(make, &set)?);
     }

@@ -1,10 +1,10 @@
 //! Whether a law writes all of its outputs, and nothing beside them.
 
-use crate::batch::UNTOUCHED;
+use crate::batch::UNWRITTEN_BITS;
 use crate::{Batch, Kinetics, KineticsError, Quantity};
 
 /// Numbers around every output that must stay as they are.
-const MARGIN: usize = 64;
+const GUARD_NUMBERS: usize = 64;
 
 /// Evaluates everything but the observables; the batch is one of the rates.
 pub(super) fn check(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<(), KineticsError> {
@@ -30,14 +30,14 @@ pub(super) fn look(
     let (law, call) = (kinetics.descriptor(), quantity.call(partials));
     let outputs = quantity.outputs(law);
     let columns = outputs * if partials { 1 + quantity.inputs(law) } else { 1 };
-    let length = batch.count + 2 * MARGIN;
-    let inside = MARGIN..MARGIN + batch.count;
-    let mut room = vec![f64::from_bits(UNTOUCHED); columns * length];
+    let length = batch.count + 2 * GUARD_NUMBERS;
+    let inside = GUARD_NUMBERS..GUARD_NUMBERS + batch.count;
+    let mut room = vec![f64::from_bits(UNWRITTEN_BITS); columns * length];
     let mut out: Vec<&mut [f64]> =
         room.chunks_mut(length).map(|column| &mut column[inside.clone()]).collect();
     let (values, slopes) = out.split_at_mut(outputs);
     kinetics.evaluate(quantity, batch, values, slopes)?;
-    let untouched = |value: &f64| value.to_bits() == UNTOUCHED;
+    let untouched = |value: &f64| value.to_bits() == UNWRITTEN_BITS;
     for (number, column) in room.chunks(length).enumerate() {
         let law = kinetics.descriptor().title();
         if !column[..inside.start].iter().chain(&column[inside.end..]).all(untouched) {

@@ -9,9 +9,9 @@ use crate::field::Columns;
 use crate::{Feedback, Kinetics, KineticsError, Quantity, Site};
 
 /// Sampled points.
-const POINTS: usize = 4096;
+const SAMPLED_POINTS: usize = 4096;
 /// Points that are called one by one.
-const SINGLE: usize = 256;
+const SINGLE_CALL_POINTS: usize = 256;
 
 /// What one check found.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -106,7 +106,13 @@ impl<'a> Checks<'a> {
     fn new(kinetics: &'a dyn Kinetics, fields: &'a [Vec<f64>], seed: u64) -> Self {
         let sample =
             |count| Samples::new(kinetics.descriptor(), count, seed).with_parameters(fields, seed);
-        Self { kinetics, fields, seed, samples: sample(POINTS), few: sample(SINGLE) }
+        Self {
+            kinetics,
+            fields,
+            seed,
+            samples: sample(SAMPLED_POINTS),
+            few: sample(SINGLE_CALL_POINTS),
+        }
     }
 
     /// Points at which observables are evaluated.
@@ -138,22 +144,22 @@ impl<'a> Checks<'a> {
         if !Quantity::Observables.is_given(self.kinetics.descriptor()) {
             return skipped("there are none");
         }
-        self.observing(POINTS)
+        self.observing(SAMPLED_POINTS)
             .with(true, |batch| values(self.kinetics, Quantity::Observables, batch))?;
         good(at_all())
     }
 
     fn coverage(&self) -> Check {
         self.few.with(true, |batch| output_coverage::check(self.kinetics, batch))?;
-        self.observing(SINGLE).with(true, |batch| {
+        self.observing(SINGLE_CALL_POINTS).with(true, |batch| {
             output_coverage::look(self.kinetics, Quantity::Observables, batch, false)
         })?;
-        good(format!("{SINGLE} points, inputs unchanged"))
+        good(format!("{SINGLE_CALL_POINTS} points, inputs unchanged"))
     }
 }
 
 fn at_all() -> String {
-    format!("{POINTS} points")
+    format!("{SAMPLED_POINTS} points")
 }
 
 /// The rates at some points, each in a call of its own, bit by bit; from the last point to the first
@@ -167,12 +173,13 @@ pub fn rates_in_order(
     seed: u64,
     backwards: bool,
 ) -> Result<Vec<u64>, KineticsError> {
-    let samples = Samples::new(kinetics.descriptor(), SINGLE, seed).with_parameters(fields, seed);
+    let samples =
+        Samples::new(kinetics.descriptor(), SINGLE_CALL_POINTS, seed).with_parameters(fields, seed);
     samples.with(true, |batch| {
         let species = kinetics.descriptor().species.len();
-        let mut all = vec![0; species * SINGLE];
-        for turn in 0..SINGLE {
-            let point = if backwards { SINGLE - 1 - turn } else { turn };
+        let mut all = vec![0; species * SINGLE_CALL_POINTS];
+        for turn in 0..SINGLE_CALL_POINTS {
+            let point = if backwards { SINGLE_CALL_POINTS - 1 - turn } else { turn };
             let mut rates = Columns::new(species, 1);
             batch.with_part(point, 1, |b| {
                 kinetics.evaluate(Quantity::Rates, b, &mut rates.slices_mut(), &mut [])

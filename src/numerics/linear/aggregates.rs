@@ -10,7 +10,7 @@ use super::symmetric_rows::FullRowPattern;
 use crate::num::index;
 
 /// Not in an aggregate yet.
-const NONE: u32 = u32::MAX;
+const UNASSIGNED: u32 = u32::MAX;
 
 /// Which aggregate every node belongs to.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -28,11 +28,11 @@ impl Aggregates {
     /// In the pattern of a sheet neighbours are up to two edges apart: aggregates have some 20
     /// vertices. Sequential, linear in the entries of the pattern.
     pub(super) fn new(rows: &FullRowPattern) -> Self {
-        let mut of = vec![NONE; rows.len()];
+        let mut of = vec![UNASSIGNED; rows.len()];
         let mut count = 0;
         for i in breadth_first(rows) {
             let around = rows.row(i as usize);
-            if around.iter().all(|&j| of[j as usize] == NONE) {
+            if around.iter().all(|&j| of[j as usize] == UNASSIGNED) {
                 for &j in around {
                     of[j as usize] = count;
                 }
@@ -41,9 +41,11 @@ impl Aggregates {
         }
         let roots = of.clone();
         let mut near = Vec::new();
-        for (i, place) in of.iter_mut().enumerate().filter(|(_, place)| **place == NONE) {
+        for (i, place) in of.iter_mut().enumerate().filter(|(_, place)| **place == UNASSIGNED) {
             near.clear();
-            near.extend(rows.row(i).iter().map(|&j| roots[j as usize]).filter(|&a| a != NONE));
+            near.extend(
+                rows.row(i).iter().map(|&j| roots[j as usize]).filter(|&a| a != UNASSIGNED),
+            );
             near.sort_unstable();
             let most = near.chunk_by(|a, b| a == b).rev().max_by_key(|group| group.len());
             // A node that made no aggregate has a neighbour that is in one.

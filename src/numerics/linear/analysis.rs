@@ -38,12 +38,12 @@ impl Precision for f64 {
 /// What is smaller counts as 0 in single precision, where the largest numbers are of order one: it is far below
 /// round-off, and products of a few such numbers are denormal, which some processors take a hundred times as
 /// long for (a flat sheet under pressure: 15 s instead of 3 s).
-const NOTHING: f64 = 1e-13;
+const NEGLIGIBLE_ENTRY: f64 = 1e-13;
 
 impl Precision for f32 {
     #[expect(clippy::cast_possible_truncation, reason = "rounding is what is wanted")]
     fn of(value: f64) -> Self {
-        if value.abs() < NOTHING { 0.0 } else { value as Self }
+        if value.abs() < NEGLIGIBLE_ENTRY { 0.0 } else { value as Self }
     }
 
     fn number(self) -> f64 {

@@ -11,7 +11,7 @@ pub struct SmallLu(Option<LU<f64, Dyn, Dyn>>);
 
 impl SmallLu {
     /// Rows up to which a factor in full costs less than the bookkeeping of a sparse one.
-    pub(super) const MOST: usize = 16;
+    pub(super) const MAX_ROWS: usize = 16;
 
     /// Factorises a matrix.
     ///

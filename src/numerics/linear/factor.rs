@@ -24,7 +24,7 @@ pub enum LinearChoice {
 /// Unknowns up to which LU is chosen where there are no displacements: below, a factor costs less than the set-up of
 /// anything else. Of shapes factors are dense: there LU is slower from 60 vertices on (`kind = "monolithic"`,
 /// `linear = "lu"` against `"blocks"` on `models/policies/dome.toml`).
-const DIRECT: usize = 3000;
+const MAX_DIRECT_UNKNOWNS: usize = 3000;
 
 impl LinearChoice {
     /// What is chosen for so many unknowns, with displacements among them or not.
@@ -32,7 +32,7 @@ impl LinearChoice {
     pub fn of(self, unknowns: usize, displacements: bool) -> Self {
         match self {
             Self::Auto if displacements => Self::Blocks,
-            Self::Auto if unknowns <= DIRECT => Self::Lu,
+            Self::Auto if unknowns <= MAX_DIRECT_UNKNOWNS => Self::Lu,
             Self::Blocks if displacements => Self::Blocks,
             Self::Auto | Self::Blocks => Self::Ilu,
             choice => choice,
@@ -68,7 +68,7 @@ impl Factor {
             (LinearChoice::Blocks, Some(displacements)) => {
                 Self::Blocks(Box::new(TwoFields::new(matrix, displacements)?))
             }
-            (LinearChoice::Lu, _) if matrix.rows() <= SmallLu::MOST => {
+            (LinearChoice::Lu, _) if matrix.rows() <= SmallLu::MAX_ROWS => {
                 Self::Small(SmallLu::default())
             }
             (LinearChoice::Lu, _) => Self::Lu(Box::new(SparseLu::new(matrix)?)),

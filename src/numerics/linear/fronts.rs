@@ -19,10 +19,10 @@ use faer::{Accum, MatMut, MatRef, Par, Spec};
 use super::{NotPositive, Precision};
 
 /// Columns up to which a diagonal block is factorised in one piece.
-const FACTORISED: usize = 128;
+const DIAGONAL_BLOCK: usize = 128;
 
 /// Rows and columns up to which a product is made in one piece, and rows of a triangular solve.
-const PIECE: usize = 256;
+const PRODUCT_BLOCK: usize = 256;
 
 /// Rounded up to whole registers, so that pieces begin at the same places in them.
 fn half(n: usize) -> usize {
@@ -51,9 +51,9 @@ pub(super) fn eliminate<T: Precision>(
 /// The lower triangle of `a` becomes its Cholesky factor.
 fn factorise<T: Precision>(a: MatMut<'_, T>) -> Result<(), NotPositive> {
     let n = a.nrows();
-    if n <= FACTORISED {
+    if n <= DIAGONAL_BLOCK {
         // A column of workspace, and room to align it.
-        let mut memory = [MaybeUninit::<u8>::uninit(); size_of::<f64>() * 2 * FACTORISED];
+        let mut memory = [MaybeUninit::<u8>::uninit(); size_of::<f64>() * 2 * DIAGONAL_BLOCK];
         let stack = MemStack::new(&mut memory);
         let strict = LltRegularization::default();
         return match cholesky_in_place(a, strict, Par::Seq, stack, Spec::default()) {
@@ -71,7 +71,7 @@ fn factorise<T: Precision>(a: MatMut<'_, T>) -> Result<(), NotPositive> {
 /// `b ← b L⁻ᵀ`.
 fn divide<T: Precision>(lower: MatRef<'_, T>, b: MatMut<'_, T>) {
     let rows = b.nrows();
-    if rows > PIECE {
+    if rows > PRODUCT_BLOCK {
         let (first, last) = b.split_at_row_mut(half(rows));
         rayon::join(|| divide(lower, first), || divide(lower, last));
         return;
@@ -82,7 +82,7 @@ fn divide<T: Precision>(lower: MatRef<'_, T>, b: MatMut<'_, T>) {
 /// The lower triangle of `c - a aᵀ`, or of `-a aᵀ`.
 fn subtract_square<T: Precision>(c: MatMut<'_, T>, a: MatRef<'_, T>, to: Accum) {
     let n = c.nrows();
-    if n > PIECE {
+    if n > PRODUCT_BLOCK {
         let middle = half(n);
         let (first, _, below, last) = split(c, middle);
         let (top, bottom) = a.split_at_row(middle);
@@ -113,7 +113,7 @@ fn subtract_square<T: Precision>(c: MatMut<'_, T>, a: MatRef<'_, T>, to: Accum) 
 /// `c - a bᵀ`, or `-a bᵀ`.
 fn subtract_product<T: Precision>(c: MatMut<'_, T>, a: MatRef<'_, T>, b: MatRef<'_, T>, to: Accum) {
     let (rows, columns) = (c.nrows(), c.ncols());
-    if rows.max(columns) <= PIECE {
+    if rows.max(columns) <= PRODUCT_BLOCK {
         matmul(c, to, a, b.transpose(), T::of(-1.0), Par::Seq);
     } else if rows >= columns {
         let (first, last) = c.split_at_row_mut(half(rows));

@@ -19,12 +19,12 @@ const TOLERANCE_OF_EQUILIBRIUM: f64 = 1e-4;
 /// Iterations before the basis is dropped.
 const RESTART: usize = 40;
 /// Iterations after which the preconditioner has failed.
-const MOST_ITERATIONS: u64 = 400;
+const MAX_ITERATIONS: u64 = 400;
 /// Vectors of a kind that are kept for the next system: few systems need more.
 const KEPT_VECTORS: usize = 8;
 
 /// Numbers of a vector that one thread works on at a time.
-const PIECE: usize = 4096;
+const CHUNK: usize = 4096;
 
 /// Euclidean norm.
 pub fn norm(v: &[f64]) -> f64 {
@@ -38,7 +38,7 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 /// The same with `b` in whatever precision.
 fn mixed_dot<T: Copy + Into<f64> + Sync>(a: &[f64], b: &[T]) -> f64 {
-    if a.len() <= PIECE {
+    if a.len() <= CHUNK {
         return piece(a, b);
     }
     let (first, last) = a.split_at(half(a.len()));
@@ -66,12 +66,12 @@ fn piece<T: Copy + Into<f64>>(a: &[f64], b: &[T]) -> f64 {
 
 /// Half of the pieces.
 fn half(n: usize) -> usize {
-    n.div_ceil(PIECE).div_ceil(2) * PIECE
+    n.div_ceil(CHUNK).div_ceil(2) * CHUNK
 }
 
 /// `w ← w - h v`, and then `w·next`, or `w·w`.
 fn subtract_and_dot<T: StoredScalar>(w: &mut [f64], h: f64, v: &[T], next: Option<&[T]>) -> f64 {
-    if w.len() <= PIECE {
+    if w.len() <= CHUNK {
         w.iter_mut().zip(v).for_each(|(w, v)| *w -= h * (*v).into());
         return next.map_or_else(|| piece(w, w), |next| piece(w, next));
     }
@@ -171,7 +171,7 @@ impl<T: StoredScalar> Krylov<T> {
             if size <= goal {
                 return Ok(());
             }
-            if self.iterations >= MOST_ITERATIONS || !size.is_finite() {
+            if self.iterations >= MAX_ITERATIONS || !size.is_finite() {
                 return Err(LinearError::new(format!(
                     "the linear solver has a residual of {:.1e} after {} iterations",
                     size / (goal / tolerance),

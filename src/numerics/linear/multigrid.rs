@@ -31,18 +31,18 @@ use crate::parallel;
 /// Degree of the smoother: products with A on either side of the coarse level.
 const DEGREE: usize = 2;
 /// The smoother acts on eigenvalues of D⁻¹A down to this share of the largest.
-const SMOOTHED: f64 = 1.0 / 15.0;
+const SMOOTHED_SHARE: f64 = 1.0 / 15.0;
 /// Steps of the power iteration, and what its result is multiplied by: it comes from below, and the
 /// smoother must not meet an eigenvalue beyond its bound.
-const POWER: (usize, f64) = (20, 1.2);
+const POWER_ITERATION: (usize, f64) = (20, 1.2);
 /// Nodes of a level that is factorised rather than made coarser. A third level more than doubles the
 /// number of iterations; with two a million vertices take 2.7 GiB, the coarse factor included.
-const COARSEST: usize = 120_000;
+const MAX_COARSEST_NODES: usize = 120_000;
 /// Cycles on each level below the finest.
-const VISITS: usize = 3;
+const COARSE_CYCLES: usize = 3;
 /// A matrix that must be positive gets a growing shift, relative to its mean diagonal: first, factor,
 /// last.
-const SHIFT: (f64, f64, f64) = (1e-9, 100.0, 1e-3);
+const SHIFT_SCHEDULE: (f64, f64, f64) = (1e-9, 100.0, 1e-3);
 
 /// One level above the coarsest; an aggregate has M motions, which become N = M/3 nodes.
 struct Level<const N: usize, const M: usize> {
@@ -123,14 +123,14 @@ impl<const N: usize, const M: usize> Level<N, M> {
         parallel::fill(&mut self.solution, |i| {
             Vec3::from_fn(|a, _| (2.399_963 * real(3 * i + a)).sin())
         });
-        for _ in 0..POWER.0 {
+        for _ in 0..POWER_ITERATION.0 {
             let (vector, length) = (&self.solution, norm(&self.solution));
             parallel::fill(&mut self.step, |i| {
                 self.inverse[i] * self.single.times(&self.rows, i, vector) / length
             });
             std::mem::swap(&mut self.solution, &mut self.step);
         }
-        self.largest = POWER.1 * norm(&self.solution);
+        self.largest = POWER_ITERATION.1 * norm(&self.solution);
     }
 
     /// `residual -= A step`.
@@ -141,7 +141,7 @@ impl<const N: usize, const M: usize> Level<N, M> {
     /// Adds the Chebyshev polynomial of `residual` to the solution; all but its last step is
     /// subtracted from the residual.
     fn smooth(&mut self, residual: &mut [Vec3]) {
-        let (low, high) = (SMOOTHED * self.largest, self.largest);
+        let (low, high) = (SMOOTHED_SHARE * self.largest, self.largest);
         let (middle, half) = (0.5 * (high + low), 0.5 * (high - low));
         let mut ratio = half / middle;
         let inverse = &self.inverse;
@@ -176,7 +176,7 @@ impl Multigrid {
     /// # Errors
     /// [`LinearError`] if the coarsest level is too large for a factor.
     pub fn new(pattern: &Arc<BlockPattern>) -> Result<Self, LinearError> {
-        Self::with_coarsest(pattern, COARSEST)
+        Self::with_coarsest(pattern, MAX_COARSEST_NODES)
     }
 
     /// As [`Multigrid::new`], with levels down to one of at most `coarsest` nodes; two at least.
@@ -267,13 +267,13 @@ impl<const N: usize, const M: usize> Hierarchy<N, M> {
             return result;
         }
         let mut shifted = matrix.clone();
-        let (mut shift, unit) = (SHIFT.0, matrix.mean_diagonal());
-        while shift <= SHIFT.2 {
+        let (mut shift, unit) = (SHIFT_SCHEDULE.0, matrix.mean_diagonal());
+        while shift <= SHIFT_SCHEDULE.2 {
             shifted.add_diagonal(shift * unit);
             if self.coarsest.factorise(&shifted).is_ok() {
                 return Ok(());
             }
-            shift *= SHIFT.1;
+            shift *= SHIFT_SCHEDULE.1;
         }
         Err(NotPositive)
     }
@@ -302,7 +302,7 @@ fn cycle<const N: usize, const M: usize>(
         level.smooth(residual);
         level.subtract(residual);
         level.prolongator.restrict(residual, &mut level.coarse_vector);
-        cycle(coarser, coarsest, level.coarse_vector.as_flattened_mut(), VISITS);
+        cycle(coarser, coarsest, level.coarse_vector.as_flattened_mut(), COARSE_CYCLES);
         level.prolongator.prolong(&level.coarse_vector, &mut level.step);
         let step = &level.step;
         parallel::update(&mut level.solution, |i, z| *z += step[i]);

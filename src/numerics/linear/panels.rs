@@ -5,7 +5,7 @@ use crate::num::{index, real};
 
 /// A supernode and its last child become one if together they have at most so many vertices and at most
 /// that share of zeros: few large panels are faster than many small ones.
-const MERGED: [(usize, f64); 4] = [(3, 1.0), (8, 0.5), (24, 0.15), (usize::MAX, 0.05)];
+const MERGE_LIMITS: [(usize, f64); 4] = [(3, 1.0), (8, 0.5), (24, 0.15), (usize::MAX, 0.05)];
 
 /// Columns from `begin` to `end`, and their rows below.
 pub(super) struct Group {
@@ -71,7 +71,7 @@ pub(super) fn merged(groups: Vec<Group>) -> Vec<Group> {
             let columns = group.end - before.begin;
             let size = columns * (columns + 1) / 2 + columns * group.rows.len();
             let zeros = 1.0 - real(before.filled + group.filled) / real(size);
-            if !MERGED.iter().any(|&(most, share)| columns <= most && zeros <= share) {
+            if !MERGE_LIMITS.iter().any(|&(most, share)| columns <= most && zeros <= share) {
                 break;
             }
             group.begin = before.begin;

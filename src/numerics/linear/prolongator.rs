@@ -25,7 +25,7 @@ use crate::parallel;
 
 /// A motion counts as a combination of others in an aggregate if less than this share of its square
 /// is left without them.
-const DEPENDENT: f64 = 1e-10;
+const DEPENDENCE_TOLERANCE: f64 = 1e-10;
 
 /// The motions of one node.
 pub(super) type Motions<const M: usize> = SMatrix<f64, 3, M>;
@@ -275,7 +275,7 @@ fn orthonormal<const M: usize>(gram: &Pairs<M>) -> (Pairs<M>, Pairs<M>) {
             upper[(r, c)] = along;
             rest -= along * along;
         }
-        if !(rest > DEPENDENT * gram[(c, c)]) {
+        if !(rest > DEPENDENCE_TOLERANCE * gram[(c, c)]) {
             continue;
         }
         let norm = rest.sqrt();

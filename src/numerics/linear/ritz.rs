@@ -15,13 +15,13 @@ use faer::Mat;
 use super::{LinearError, dot};
 
 /// Columns of a block: multiplicities up to this are found.
-const BLOCK: usize = 6;
+const BLOCK_COLUMNS: usize = 6;
 /// Most dimensions of the space.
-const MOST: usize = 120;
+const MAX_DIMENSION: usize = 120;
 /// Relative error of an eigenvalue's equation below which it counts as found.
-const FOUND: f64 = 1e-7;
+const EIGENVALUE_TOLERANCE: f64 = 1e-7;
 /// What of a vector is left by orthogonalisation, relative, below which it is in the space already.
-const INSIDE: f64 = 1e-10;
+const DEPENDENCE_TOLERANCE: f64 = 1e-10;
 
 /// Real and imaginary part of an eigenvalue, and the real part of its vector, of length 1 in the components that count.
 pub type EigenPair = ((f64, f64), Vec<f64>);
@@ -61,7 +61,7 @@ impl Space<'_> {
             }
         }
         let left = self.norm(&vector);
-        if !(left > INSIDE * before) {
+        if !(left > DEPENDENCE_TOLERANCE * before) {
             return false;
         }
         vector.iter_mut().for_each(|v| *v /= left);
@@ -164,7 +164,7 @@ pub fn largest_eigenvalues<E: From<LinearError>>(
     let n = counted.iter().filter(|counts| **counts).count();
     let (vectors, images, reduced) = (Vec::new(), Vec::new(), Vec::new());
     let mut space = Space { counted, vectors, images, reduced };
-    for _ in 0..BLOCK.min(n) {
+    for _ in 0..BLOCK_COLUMNS.min(n) {
         // An image is in the range of the operator.
         let mut start: Vec<f64> = counted.iter().map(|_| noise(&mut seed)).collect();
         apply(&mut start)?;
@@ -177,14 +177,14 @@ pub fn largest_eigenvalues<E: From<LinearError>>(
             apply(&mut image)?;
             space.images.push(image);
         }
-        let full = space.vectors.len() >= MOST.min(n);
+        let full = space.vectors.len() >= MAX_DIMENSION.min(n);
         let mut grown = false;
         for k in from..space.images.len() {
             if !full {
                 grown |= space.add(space.images[k].clone());
             }
         }
-        let enough = space.images.len() >= count + BLOCK;
+        let enough = space.images.len() >= count + BLOCK_COLUMNS;
         if space.images.is_empty() || grown && !enough {
             if space.images.is_empty() {
                 return Ok(Vec::new());
@@ -195,7 +195,8 @@ pub fn largest_eigenvalues<E: From<LinearError>>(
         // What B has no part in has the eigenvalue 0.
         let largest = pairs.first().map_or(0.0, |pair| pair.0.0.0.hypot(pair.0.0.1));
         let counts = |pair: &&(EigenPair, f64)| {
-            pair.0.0.0.hypot(pair.0.0.1) > INSIDE * largest && pair.1 <= FOUND
+            pair.0.0.0.hypot(pair.0.0.1) > DEPENDENCE_TOLERANCE * largest
+                && pair.1 <= EIGENVALUE_TOLERANCE
         };
         let found = pairs.iter().take_while(counts).count();
         if found == count.min(n) || !grown {

@@ -14,7 +14,7 @@ use crate::num::index;
 use crate::parallel::simd::{LANES, Lanes, Simd, Task, dispatch};
 
 /// Rows per block.
-const ROWS: usize = 512;
+const BLOCK_ROWS: usize = 512;
 
 /// The stencils of one kind of element in one pattern.
 #[derive(Debug)]
@@ -167,7 +167,7 @@ impl Stencils {
             vertex: Vec::new(),
             pair_start: vec![0],
             place: Vec::new(),
-            touching: vec![Vec::new(); pattern.rows().div_ceil(ROWS)],
+            touching: vec![Vec::new(); pattern.rows().div_ceil(BLOCK_ROWS)],
             outside: None,
         };
         for (number, element) in elements.enumerate() {
@@ -183,8 +183,8 @@ impl Stencils {
                     }
                     stencils.place.push(index(first + found.unwrap_or(0)));
                 }
-                let block = row as usize / ROWS;
-                if p == 0 || vertices[p - 1] as usize / ROWS != block {
+                let block = row as usize / BLOCK_ROWS;
+                if p == 0 || vertices[p - 1] as usize / BLOCK_ROWS != block {
                     stencils.touching[block].push(index(number));
                 }
             }
@@ -246,7 +246,7 @@ impl Stencils {
 /// Hands every block of rows (its number, first row, end, values) to `add`, in parallel.
 fn by_rows(matrix: &mut BlockMatrix, add: &(impl Fn(usize, usize, usize, ValuesMut<'_>) + Sync)) {
     let pattern = Arc::clone(matrix.pattern());
-    halve(&pattern, 0, pattern.rows().div_ceil(ROWS), matrix.values_mut(), add);
+    halve(&pattern, 0, pattern.rows().div_ceil(BLOCK_ROWS), matrix.values_mut(), add);
 }
 
 fn halve(
@@ -256,7 +256,7 @@ fn halve(
     value: ValuesMut<'_>,
     add: &(impl Fn(usize, usize, usize, ValuesMut<'_>) + Sync),
 ) {
-    let row = |block: usize| (block * ROWS).min(pattern.rows());
+    let row = |block: usize| (block * BLOCK_ROWS).min(pattern.rows());
     if last - first > 1 {
         let middle = first.midpoint(last);
         let size = pattern.start(row(middle)) - pattern.start(row(first));

@@ -15,7 +15,7 @@ use crate::num::index;
 
 /// Unknowns of a strip, and how many strips there are at most. Both are the same for any number of threads:
 /// so are the results.
-const STRIP: (usize, usize) = (4096, 16);
+const STRIP_LIMITS: (usize, usize) = (4096, 16);
 
 /// The square block of a pattern from an unknown on.
 #[derive(Clone, Copy)]
@@ -52,7 +52,7 @@ impl Strips {
     /// Of the unknowns of a block.
     pub(super) fn new(block: Block<'_>) -> Self {
         let along = cuthill_mckee(block);
-        let mut count = (along.len() / STRIP.0).clamp(1, STRIP.1);
+        let mut count = (along.len() / STRIP_LIMITS.0).clamp(1, STRIP_LIMITS.1);
         loop {
             if let Some(strips) = Self::cut(block, &along, count) {
                 return strips;

@@ -269,18 +269,18 @@ impl<T: Precision> pulp::NullaryFnOnce for Replace<'_, T> {
 }
 
 /// Numbers that are added side by side.
-const WIDE: usize = 8;
+const LANES: usize = 8;
 
 /// Products of four columns with one vector.
 struct Sums<T> {
-    whole: [[T; WIDE]; 4],
+    whole: [[T; LANES]; 4],
     left: [T; 4],
 }
 
 impl<T: Precision> Default for Sums<T> {
     #[inline(always)]
     fn default() -> Self {
-        Self { whole: [[T::of(0.0); WIDE]; 4], left: [T::of(0.0); 4] }
+        Self { whole: [[T::of(0.0); LANES]; 4], left: [T::of(0.0); 4] }
     }
 }
 
@@ -288,13 +288,13 @@ impl<T: Precision> Sums<T> {
     #[inline(always)]
     fn add(&mut self, x: &[T], columns: [&[T]; 4]) {
         let n = x.len();
-        let [a, b, c, d] = columns.map(|l| l[..n].as_chunks::<WIDE>());
-        let (whole, left) = x.as_chunks::<WIDE>();
+        let [a, b, c, d] = columns.map(|l| l[..n].as_chunks::<LANES>());
+        let (whole, left) = x.as_chunks::<LANES>();
         let m = whole.len();
         let (wa, wb, wc, wd) = (&a.0[..m], &b.0[..m], &c.0[..m], &d.0[..m]);
         let [mut s0, mut s1, mut s2, mut s3] = self.whole;
         for i in 0..m {
-            for k in 0..WIDE {
+            for k in 0..LANES {
                 s0[k] += wa[i][k] * whole[i][k];
                 s1[k] += wb[i][k] * whole[i][k];
                 s2[k] += wc[i][k] * whole[i][k];
@@ -315,7 +315,7 @@ impl<T: Precision> Sums<T> {
         let mut total = self.left;
         for (total, sums) in total.iter_mut().zip(self.whole) {
             let mut sums = sums;
-            let mut width = WIDE;
+            let mut width = LANES;
             while width > 1 {
                 width /= 2;
                 for k in 0..width {

@@ -17,10 +17,10 @@ use super::{BlockPattern, LinearError};
 use crate::num::{index, real};
 
 /// Tasks that the work is cut into, some more than there may be threads.
-const TASKS: f64 = 64.0;
+const TARGET_TASKS: f64 = 64.0;
 
 /// Multiplications below which handing out work costs more than it gains.
-const LEAST: f64 = 1e6;
+const MIN_PARALLEL_WORK: f64 = 1e6;
 
 /// Where a stored block of the matrix goes.
 #[derive(Clone, Copy)]
@@ -171,7 +171,7 @@ impl Supernodes {
             self.room[s] = self.rest(s) * self.rest(s) + most;
         }
         let all: f64 = self.roots.iter().map(|&s| work[s as usize]).sum();
-        let largest = (all / TASKS).max(LEAST);
+        let largest = (all / TARGET_TASKS).max(MIN_PARALLEL_WORK);
         self.serial = work.iter().map(|work| *work <= largest).collect();
     }
 

@@ -14,9 +14,9 @@ use super::{OdeError, OdeProblem, Options, Result};
 use crate::linear::Shifted;
 
 /// Largest change, in units of the tolerance of a displacement or another unknown, that counts as none.
-const STILL: f64 = 0.1;
+const STATIONARY_CHANGE: f64 = 0.1;
 /// Iterations after which the start stays as it was.
-const MOST_ITERATIONS: usize = 20;
+const MAX_ITERATIONS: usize = 20;
 
 /// Brings the unknowns of `y` that have no storage to where `F = 0`. Where Newton's method does not
 /// lead there, `y` stays as it was: the integrator may still get away from it. `newton` is memory that
@@ -35,7 +35,7 @@ pub(super) fn make_consistent(
     let mut change = vec![0.0; y.len()];
     let mut last = f64::INFINITY;
     let grouping = Grouping::new(options.displacements.as_ref());
-    for iteration in 0..MOST_ITERATIONS {
+    for iteration in 0..MAX_ITERATIONS {
         // Beyond the start Newton's method may come to where nothing can be evaluated.
         let forgive = |error: OdeError| match error.is_recoverable() && iteration > 0 {
             true => Ok(()),
@@ -72,7 +72,7 @@ pub(super) fn make_consistent(
         if !(largest < last) {
             return Ok(());
         }
-        if largest < STILL {
+        if largest < STATIONARY_CHANGE {
             y.copy_from_slice(&tried);
             return Ok(());
         }

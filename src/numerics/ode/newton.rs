@@ -19,7 +19,7 @@ use crate::tally::{Meter, Tally};
 pub(super) type Spare = Arc<Mutex<Option<Factor>>>;
 
 /// Below so many unknowns a solve costs no more than the clock.
-const FEW: usize = 24;
+const UNTIMED_UNKNOWNS: usize = 24;
 
 /// A linear solver for diffsol that returns errors.
 #[derive(Default)]
@@ -113,7 +113,9 @@ impl LinearSolver<Combination> for NewtonSolver {
 
     fn solve_in_place(&self, x: &mut Unknowns) -> Result<(), LaError> {
         let x = x.inner_mut().as_mut_slice();
-        let begin = |meter: &Meter| if x.len() <= FEW { meter.brief(0) } else { meter.scope(0) };
+        let begin = |meter: &Meter| {
+            if x.len() <= UNTIMED_UNKNOWNS { meter.brief(0) } else { meter.scope(0) }
+        };
         let _scope = self.meters.as_ref().map(|[_, solution]| begin(solution));
         match &mut *self.factor.borrow_mut() {
             Some(Ok(factor)) => {

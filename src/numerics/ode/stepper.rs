@@ -38,19 +38,19 @@ pub struct Options {
 }
 
 /// A step below this share of the first one gives up.
-const SHORTEST: f64 = 1e-9;
+const MIN_STEP_SHARE: f64 = 1e-9;
 /// Length of a step that is tried again, relative to the one that was taken back.
-const RETRY: f64 = 0.25;
+const RETRY_FACTOR: f64 = 0.25;
 /// Tries at one step that end with numbers that are not finite or not allowed.
-const RETRIES: usize = 20;
+const MAX_RETRIES: usize = 20;
 /// Times as near as so many units of round-off are the same to diffsol: it neither steps from one to
 /// the other nor takes it for a time to stop at.
 const SAME_TIME: f64 = 100.0 * f64::EPSILON;
 /// A step that would leave less than this share of itself to the stop time shares the way with the
 /// next one: steps much shorter than their neighbours cost all their history.
-const STUB: f64 = 0.01;
+const STUB_SHARE: f64 = 0.01;
 /// A try is longer than the shortest one where it is so many times as long.
-const LONGER: f64 = 100.0;
+const LONG_ATTEMPT_RATIO: f64 = 100.0;
 /// The least step is at most this share of the way to the stop time, however short that is.
 const SHORTEST_OF_REST: f64 = 1e-6;
 
@@ -132,7 +132,7 @@ impl<'a> Stepper<'a> {
     pub(super) fn new(problem: &'a Problem, options: &Arc<Options>) -> Result<Self> {
         let (time, y) = (problem.t0, problem.eqn.init_vector());
         let first = Self::first_step(problem, options, options.span, time, &y)?;
-        let (shortest, spare) = (SHORTEST * first, Spare::default());
+        let (shortest, spare) = (MIN_STEP_SHARE * first, Spare::default());
         let started = Self::start(problem, options, time, y, (first, shortest), &spare)?;
         problem.eqn.forget_start();
         let (method, options) = (Some(started), Arc::clone(options));
@@ -147,7 +147,7 @@ impl<'a> Stepper<'a> {
         self.problem.eqn.take_error();
         let y = vector(self.problem, y);
         let first = Self::first_step(self.problem, &self.options, span, time, &y)?;
-        self.shortest = SHORTEST * first;
+        self.shortest = MIN_STEP_SHARE * first;
         self.begin(time, y, first)
     }
 
@@ -324,16 +324,16 @@ impl<'a> Stepper<'a> {
                 }
                 Err(error) => {
                     // What F said is the better reason, unless of a try far longer than the last one.
-                    let longer =
-                        self.problem.eqn.failed_at() - time > LONGER * self.least(until - time);
+                    let longer = self.problem.eqn.failed_at() - time
+                        > LONG_ATTEMPT_RATIO * self.least(until - time);
                     return Err(match stored_error {
                         Some(told) if !(told.is_recoverable() && longer) => told,
                         _ => error,
                     });
                 }
             };
-            let step = RETRY * (self.time - time);
-            let hopeless = retry >= RETRIES || !(step > self.least(until - time));
+            let step = RETRY_FACTOR * (self.time - time);
+            let hopeless = retry >= MAX_RETRIES || !(step > self.least(until - time));
             if hopeless || !error.is_recoverable() {
                 return Err(error);
             }
@@ -379,7 +379,7 @@ impl<'a> Stepper<'a> {
                 until
             } else {
                 // A step that diffsol has fitted to the stop time is as long as the way, but for round-off.
-                let shared = step + same < rest && rest < (1.0 + STUB) * step && rest > 4.0 * same;
+                let shared = step + same < rest && rest < (1.0 + STUB_SHARE) * step && rest > 4.0 * same;
                 let stop = if shared { time + 0.5 * rest } else { until };
                 solver.config_mut().minimum_timestep = shortest;
                 solver.set_stop_time(stop).map_err(refuse)?;

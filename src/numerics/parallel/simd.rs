@@ -191,11 +191,11 @@ impl Neg for PlainLanes {
 }
 
 /// `tan π/8`.
-const OCTANT: f64 = 0.414_213_562_373_095_03;
+const TAN_PI_8: f64 = 0.414_213_562_373_095_03;
 
 /// `atan(√z)/√z` for 0 ≤ z ≤ tan² π/8 by powers of z, the constant 1 apart: interpolated at Chebyshev
 /// nodes, relative error 4·10⁻¹⁷.
-const ATAN: [f64; 10] = [
+const ATAN_COEFFICIENTS: [f64; 10] = [
     -0.333_333_333_333_284_4,
     0.199_999_999_988_551_1,
     -0.142_857_141_809_764_67,
@@ -216,14 +216,14 @@ pub fn angle<S: Simd>(simd: S, sine: S::Lanes, cosine: S::Lanes) -> S::Lanes {
     // From the nearer axis: tan ≤ 1, …
     let [low, high] = [sine.min(adjacent), sine.max(adjacent)];
     // … and from the diagonal where that is nearer still: |tan| ≤ tan π/8.
-    let diagonal = low - high * simd.splat(OCTANT);
+    let diagonal = low - high * simd.splat(TAN_PI_8);
     let top = diagonal.select_negative(low, low - high);
     let bottom = diagonal.select_negative(high, low + high);
     let offset = diagonal.select_negative(simd.splat(0.0), simd.splat(0.25 * PI));
     let t = top / bottom;
     let square = t * t;
-    let mut series = simd.splat(ATAN[ATAN.len() - 1]);
-    for coefficient in ATAN[..ATAN.len() - 1].iter().rev() {
+    let mut series = simd.splat(ATAN_COEFFICIENTS[ATAN_COEFFICIENTS.len() - 1]);
+    for coefficient in ATAN_COEFFICIENTS[..ATAN_COEFFICIENTS.len() - 1].iter().rev() {
         series = simd.splat(*coefficient) + square * series;
     }
     let from_axis = offset + (t + t * (square * series));

@@ -4,22 +4,22 @@ use super::simd::{LANES, Lanes, Simd, Task, dispatch};
 use super::{in_blocks, reduce};
 
 /// Numbers per block: one block of the common vector stays in the first-level cache.
-const NUMBERS: usize = 2048;
+const BLOCK: usize = 2048;
 /// Vectors at a time.
-const FOUR: usize = 4;
+const GROUP: usize = 4;
 
 /// The products `v · w` for every `v` of `vectors`, in the order they come.
 pub fn dots<'a>(vectors: impl Iterator<Item = &'a [f64]>, w: &[f64]) -> Vec<f64> {
     let vectors: Vec<&[f64]> = vectors.collect();
-    let mut all = Vec::with_capacity(vectors.len() + FOUR);
-    for some in vectors.chunks(FOUR) {
-        let four: [&[f64]; FOUR] = std::array::from_fn(|k| some[k.min(some.len() - 1)]);
+    let mut all = Vec::with_capacity(vectors.len() + GROUP);
+    for some in vectors.chunks(GROUP) {
+        let four: [&[f64]; GROUP] = std::array::from_fn(|k| some[k.min(some.len() - 1)]);
         let block = |b: usize| {
-            let range = b * NUMBERS..((b + 1) * NUMBERS).min(w.len());
+            let range = b * BLOCK..((b + 1) * BLOCK).min(w.len());
             dispatch(Dots { vectors: four.map(|v| &v[range.clone()]), with: &w[range.clone()] })
         };
-        let add = |a: [f64; FOUR], b: [f64; FOUR]| std::array::from_fn(|k| a[k] + b[k]);
-        let sums = reduce(w.len().div_ceil(NUMBERS), &block, &add).unwrap_or_default();
+        let add = |a: [f64; GROUP], b: [f64; GROUP]| std::array::from_fn(|k| a[k] + b[k]);
+        let sums = reduce(w.len().div_ceil(BLOCK), &block, &add).unwrap_or_default();
         all.extend(&sums[..some.len()]);
     }
     all
@@ -28,11 +28,11 @@ pub fn dots<'a>(vectors: impl Iterator<Item = &'a [f64]>, w: &[f64]) -> Vec<f64>
 /// Adds `Σ_k c_k v_k` to `out`, for the pairs (c, v) of `terms`.
 pub fn add_all<'a>(out: &mut [f64], terms: impl Iterator<Item = (f64, &'a [f64])>) {
     let terms: Vec<(f64, &[f64])> = terms.collect();
-    in_blocks(out, NUMBERS, &|first, chunk| {
+    in_blocks(out, BLOCK, &|first, chunk| {
         let range = first..first + chunk.len();
-        for some in terms.chunks(FOUR) {
+        for some in terms.chunks(GROUP) {
             // What is missing of four is a vector with the coefficient 0.
-            let four: [&[f64]; FOUR] =
+            let four: [&[f64]; GROUP] =
                 std::array::from_fn(|k| &some[k.min(some.len() - 1)].1[range.clone()]);
             let by = std::array::from_fn(|k| some.get(k).map_or(0.0, |(c, _)| *c));
             dispatch(Sums { by, vectors: four, out: chunk });
@@ -41,15 +41,15 @@ pub fn add_all<'a>(out: &mut [f64], terms: impl Iterator<Item = (f64, &'a [f64])
 }
 
 struct Dots<'a> {
-    vectors: [&'a [f64]; FOUR],
+    vectors: [&'a [f64]; GROUP],
     with: &'a [f64],
 }
 
 impl Task for Dots<'_> {
-    type Output = [f64; FOUR];
+    type Output = [f64; GROUP];
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) -> [f64; FOUR] {
+    fn run<S: Simd>(self, simd: S) -> [f64; GROUP] {
         let (with, rest) = self.with.as_chunks::<LANES>();
         let [a, b, c, d] = self.vectors.map(|v| v.as_chunks::<LANES>().0);
         let zero = simd.splat(0.0);
@@ -61,10 +61,10 @@ impl Task for Dots<'_> {
             r = r + simd.load(*c) * w;
             s = s + simd.load(*d) * w;
         }
-        let mut sums = [0.0; FOUR];
+        let mut sums = [0.0; GROUP];
         let parts = [p.array(), q.array(), r.array(), s.array()];
         let start = self.with.len() - rest.len();
-        for k in 0..FOUR {
+        for k in 0..GROUP {
             let [a, b, c, d] = parts[k];
             sums[k] = (a + b) + (c + d);
             for (v, w) in self.vectors[k][start..].iter().zip(rest) {
@@ -76,8 +76,8 @@ impl Task for Dots<'_> {
 }
 
 struct Sums<'a, 'b> {
-    by: [f64; FOUR],
-    vectors: [&'a [f64]; FOUR],
+    by: [f64; GROUP],
+    vectors: [&'a [f64]; GROUP],
     out: &'b mut [f64],
 }
 
@@ -110,7 +110,7 @@ mod tests {
 
     /// Of lengths that fill neither registers nor blocks.
     fn vector(k: usize) -> Vec<f64> {
-        (0..2 * NUMBERS + 7).map(|i| real((i * (k + 3)) % 17) - 8.0).collect()
+        (0..2 * BLOCK + 7).map(|i| real((i * (k + 3)) % 17) - 8.0).collect()
     }
 
     #[test]

@@ -49,7 +49,7 @@ pub(super) fn reached(value: f64, logarithmic: bool) -> bool {
 pub(super) fn ticks(range: &Range<f64>) -> Vec<f64> {
     let decades = (range.end / range.start).log10();
     let digits: &[f64] = if decades > 2.5 { &[1.0] } else { &[1.0, 2.0, 5.0] };
-    let every = if decades > 2.5 { decades / MOST_TICKS } else { 1.0 }.ceil();
+    let every = if decades > 2.5 { decades / MAX_TICKS } else { 1.0 }.ceil();
     let first = range.start.log10().floor();
     let count = whole((range.end.log10() - first).max(0.0)) + 1;
     let powers = (0..count).map(|k| first + real(k)).filter(|p| p.rem_euclid(every) == 0.0);
@@ -60,7 +60,7 @@ pub(super) fn ticks(range: &Range<f64>) -> Vec<f64> {
 }
 
 /// Most marks of a logarithmic axis over many decades.
-const MOST_TICKS: f64 = 7.0;
+const MAX_TICKS: f64 = 7.0;
 
 /// The range of `values` with some room around it; a logarithmic one ends at ticks.
 pub(super) fn range(values: impl Iterator<Item = f64>, logarithmic: bool) -> Range<f64> {

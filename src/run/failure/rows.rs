@@ -7,9 +7,9 @@ use crate::run::{Error, Simulation};
 use crate::solve::rejections::Rejection;
 
 /// Rows that are shown.
-const LAST: usize = 50;
+const MAX_ROWS: usize = 50;
 /// What is added to the columns of the ledger.
-const ADDED: &str = "rejected because,message";
+const ADDED_COLUMNS: &str = "rejected because,message";
 
 /// The table: rows as in the ledger at `path`; those of rejected attempts have their step, where they began, their length and
 /// error estimate, the cause and its words. The last one is what the run ended with.
@@ -18,12 +18,12 @@ pub(super) fn last(path: &Path, simulation: &Simulation, error: &Error) -> Strin
     let (header, body) = text.split_once('\n').unwrap_or_default();
     let columns = fields(header);
     let rows: Vec<&str> = body.split_inclusive('\n').filter(|row| row.ends_with('\n')).collect();
-    let rows = &rows[rows.len().saturating_sub(LAST)..];
+    let rows = &rows[rows.len().saturating_sub(MAX_ROWS)..];
     let number = |row: &str| row.split(',').next().and_then(|step| step.parse::<u64>().ok());
     let first = rows.first().and_then(|row| number(row)).unwrap_or(0);
     let mut attempts =
         simulation.stepper.workspace.rejections().last().filter(|t| t.step > first).peekable();
-    let mut table = format!("{header},{ADDED}\n");
+    let mut table = format!("{header},{ADDED_COLUMNS}\n");
     let mut add = |table: &mut String, until: Option<u64>| {
         while let Some(rejected) = attempts.next_if(|t| until.is_none_or(|until| t.step <= until)) {
             *table += &row_of(rejected, columns);

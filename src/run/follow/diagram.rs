@@ -4,7 +4,7 @@ use super::record::Row;
 use crate::output::plot::{Curve, Figure, Mark, Panel};
 
 /// Names of the legend; the last one is drawn as a guide, dashed.
-const NAMES: [&str; 5] = [
+const LEGEND: [&str; 5] = [
     "stable (solid)",
     "fold",
     "bifurcation",
@@ -22,7 +22,7 @@ pub(super) fn figure(rows: &[Row], key: &str, (measure, column): (&str, usize)) 
     let measured = |row: &Row| row.measures[column];
     let used: Vec<usize> = curves(rows, measured).map(|curve| curve.name).collect();
     // The guide stays, as the last one.
-    let shown = (0..NAMES.len()).filter(|name| used.contains(name) || *name == UNSTABLE);
+    let shown = (0..LEGEND.len()).filter(|name| used.contains(name) || *name == UNSTABLE);
     let shown: Vec<usize> = shown.collect();
     let renamed = |curve: Curve| {
         let name = shown.iter().position(|name| *name == curve.name).unwrap_or_default();
@@ -35,7 +35,7 @@ pub(super) fn figure(rows: &[Row], key: &str, (measure, column): (&str, usize)) 
         ..Panel::default()
     };
     Figure {
-        names: shown.iter().map(|name| NAMES[*name].to_owned()).collect(),
+        names: shown.iter().map(|name| LEGEND[*name].to_owned()).collect(),
         guides: 1,
         marks: [(FOLD, Mark::Triangle), (BIFURCATION, Mark::Square), (SINGULARITY, Mark::Diamond)]
             .into_iter()

@@ -6,7 +6,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::key::{Key, OPTION};
+use super::key::{Key, OPTION_NAME};
 use crate::kinetics::Search;
 use crate::model::{Model, Potential, State};
 use crate::run::{Error, Result, prepare};
@@ -35,7 +35,7 @@ impl SceneFamily {
     /// A value that the scene cannot have, with its place.
     pub(super) fn member(&self, parameter: f64) -> Result<(Model, State)> {
         let over = self.key.set(parameter);
-        let scene = Scene::varied_by(&self.file, &self.set, &over, OPTION)?;
+        let scene = Scene::varied_by(&self.file, &self.set, &over, OPTION_NAME)?;
         let with = (&self.search, &self.tally);
         let (model, state) = prepare::model(&scene, &self.sheet, with)?;
         Ok((model, State { time: self.time_at(parameter), ..state }))

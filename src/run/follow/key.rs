@@ -9,7 +9,7 @@ use crate::run::{Error, Result};
 use crate::scene::{Scene, path_to};
 
 /// The option that names it, as errors say.
-pub(super) const OPTION: &str = "--along";
+pub(super) const OPTION_NAME: &str = "--along";
 
 /// A number of a scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,7 +25,7 @@ pub struct Key {
 }
 
 /// The time, as a parameter.
-const TIME: &str = "time";
+const TIME_KEY: &str = "time";
 
 impl Key {
     /// The override that sets it to `value`; none of the time.
@@ -41,12 +41,13 @@ impl Key {
     pub(super) fn read(file: &Path, set: &[String], path: &str, value: f64) -> Result<Self> {
         if path.contains('=') {
             let message = format!(
-                "{OPTION} {path}: expected a key alone, as material.thickness; --from and --to give its values"
+                "{OPTION_NAME} {path}: expected a key alone, as material.thickness; --from and --to give its values"
             );
             return Err(Error::Refused(message));
         }
         let target = path.to_owned();
-        let mut key = Self { path: path.to_owned(), target, value: None, is_time: path == TIME };
+        let mut key =
+            Self { path: path.to_owned(), target, value: None, is_time: path == TIME_KEY };
         if key.is_time {
             return Ok(Self { value: Some(0.0), ..key });
         }
@@ -55,7 +56,8 @@ impl Key {
             return Err(error);
         }
         let over = key.set(value);
-        let target = Scene::overridden_keys_by(file, set, &over, OPTION)?.pop().unwrap_or_default();
+        let target =
+            Scene::overridden_keys_by(file, set, &over, OPTION_NAME)?.pop().unwrap_or_default();
         if target == "sheet" || target.starts_with("sheet.") {
             let message = "it makes another mesh or another start, and a branch is one of equilibria on one mesh";
             let help = "rumple sweep runs the scene over such a key";
@@ -76,7 +78,7 @@ impl Key {
                     return Err(not_a_number(&scene, &target, "a table or a list", &found));
                 }
                 // A key that the scene can have, and leaves out; or one that it cannot have.
-                Scene::varied_by(file, set, &over, OPTION)?;
+                Scene::varied_by(file, set, &over, OPTION_NAME)?;
             }
         }
         Ok(key)

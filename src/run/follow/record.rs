@@ -12,7 +12,7 @@ use crate::model::{Memory, Model};
 use crate::output::{Compression, OutputError, ResultDirectory, Series, atomic, vtu};
 use crate::output::{Field, Frame};
 use crate::run::fields::titled;
-use crate::run::stability::UNIT;
+use crate::run::stability::EIGENVALUE_UNIT;
 use crate::run::{Fields, Result};
 use crate::scene::OutputSpec;
 use crate::solve::continuation::{Block, CriticalMode, Event, Point, Unknowns};
@@ -296,7 +296,7 @@ impl<'a> Record<'a> {
 fn add_modes(frame: &mut Frame<'_>, model: &Model, modes: &[CriticalMode]) {
     let chemistry = model.chemistry();
     for (k, mode) in modes.iter().enumerate() {
-        let unit = if mode.block == Block::Coupled { "1/time" } else { UNIT };
+        let unit = if mode.block == Block::Coupled { "1/time" } else { EIGENVALUE_UNIT };
         let name = format!("mode_{}", k + 1);
         frame.field_data.push((format!("eigenvalue of {name} [{unit}]"), mode.eigenvalue));
         if chemistry.is_some() {

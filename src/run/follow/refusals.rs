@@ -1,6 +1,6 @@
 //! Scenes and keys that have no branch, with their place.
 
-use super::key::OPTION;
+use super::key::OPTION_NAME;
 use crate::run::{Error, Simulation};
 use crate::scene::Scene;
 use crate::solve::{SolveError, continuation};
@@ -87,7 +87,7 @@ const HELP: &str = "a branch is followed along a load, a modulus, a displacement
 pub(super) fn misplaced(scene: &Scene, path: &str) -> Option<Error> {
     let first = path.split(['.', '[']).next()?;
     let number = scene.effects.iter().position(|effect| effect.name() == first)?;
-    let message = format!("{OPTION} {path}: {first} is an effect of the scene");
+    let message = format!("{OPTION_NAME} {path}: {first} is an effect of the scene");
     let help = format!("did you mean effect.{path}?");
     Some(scene.error_at(&format!("effect[{number}]"), &message, Some(&help)).into())
 }

@@ -17,7 +17,7 @@ use crate::scene::Scene;
 use crate::solve::Workspace;
 
 /// Bound of round-off at the start.
-const BALANCED: f64 = 1e-8;
+const ROUND_OFF: f64 = 1e-8;
 
 /// The law; it remembers nothing.
 pub(super) struct FreeBalance;
@@ -109,7 +109,7 @@ impl FreeBalance {
         for time in [0.0, 0.31 * until, 0.62 * until, until] {
             let moved = State { time, ..state.clone() };
             let sums = Sums::of(&mut workspace.at(&moved), &x)?;
-            if sums.force.norm() > BALANCED * sums.forces {
+            if sums.force.norm() > ROUND_OFF * sums.forces {
                 let message = format!(
                     "this sheet is pushed from outside with a net force of {:.2e} at time {time} ({})",
                     sums.force.norm(),

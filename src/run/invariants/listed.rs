@@ -17,12 +17,12 @@ use crate::solve::rejections::{Cause, Rejection};
 use crate::solve::{StepReport, Workspace, end_of_step};
 
 /// A step that breaks an invariant is tried again this much shorter,
-const SHORTER: f64 = 0.25;
+const STEP_REDUCTION: f64 = 0.25;
 /// down to this share of the first one that did, or of the time reached.
-const SHORTEST: f64 = 1e-5;
+const MIN_STEP_SHARE: f64 = 1e-5;
 const ROUND_OFF: f64 = 1e-10;
 /// Steps grow by this factor afterwards.
-const GROWTH: f64 = 2.0;
+const STEP_GROWTH: f64 = 2.0;
 
 /// The invariants that a scene lists.
 pub(crate) struct Invariants {
@@ -272,10 +272,10 @@ impl Invariants {
             cause: Cause::Invariant,
             message: broken.to_string(),
         });
-        let longest = SHORTER * report.length;
+        let longest = STEP_REDUCTION * report.length;
         let full = self.short.map_or(report.length, |short| short.full);
         self.short = Some(ShortSteps { longest, full });
-        if !(longest >= (SHORTEST * full).max(ROUND_OFF * end)) {
+        if !(longest >= (MIN_STEP_SHARE * full).max(ROUND_OFF * end)) {
             return Err(Broken { step: Some(report.length), ..broken.clone() }.into());
         }
         Ok(before.time + longest)
@@ -313,7 +313,8 @@ impl Invariants {
 
     /// Lets steps grow again to what they were.
     fn grow(&mut self) {
-        let longer = |short: ShortSteps| ShortSteps { longest: GROWTH * short.longest, ..short };
+        let longer =
+            |short: ShortSteps| ShortSteps { longest: STEP_GROWTH * short.longest, ..short };
         self.short = self.short.map(longer).filter(|short| short.longest < short.full);
     }
 

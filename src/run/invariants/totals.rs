@@ -21,7 +21,7 @@ use crate::sheet::Sheet;
 use crate::solve::Workspace;
 
 /// Bound of round-off.
-const CONSERVED: f64 = 1e-8;
+const ROUND_OFF: f64 = 1e-8;
 
 /// The law of one total. It remembers the total at the start and the largest sum of sizes.
 pub(super) struct Total {
@@ -89,7 +89,7 @@ impl Total {
         let scale: f64 = (0..self.share.len()).map(size).fold(0.0, f64::max);
         let worst = (0..self.share.len()).max_by(|a, b| made(*a).abs().total_cmp(&made(*b).abs()));
         match worst {
-            Some(point) if made(point).abs() > CONSERVED * scale => {
+            Some(point) if made(point).abs() > ROUND_OFF * scale => {
                 let message = format!(
                     "the laws make `{}` at a rate of {:.2e} at {} {point}, at the start of the run: this \
                      total is not conserved",
@@ -234,7 +234,7 @@ fn conserves(
         }
     }
     let each = || rate.iter().zip(share).map(|(rate, share)| rate * share);
-    each().sum::<f64>().abs() <= CONSERVED * each().map(f64::abs).sum::<f64>()
+    each().sum::<f64>().abs() <= ROUND_OFF * each().map(f64::abs).sum::<f64>()
 }
 
 impl Invariant for Total {

@@ -11,13 +11,13 @@ use crate::document::{DocumentError, Key, Node, Place, Segment, Value};
 use crate::scene::misplaced_key::Reader;
 
 /// What no key and no name is.
-pub(super) const NOTHING: &str = "?";
+pub(super) const UNKNOWN_WORD: &str = "?";
 
 /// Tables and lists within one another that are described; regions of a field of a drag have ten.
-const DEEPEST: usize = 12;
+const MAX_DEPTH: usize = 12;
 
 /// Texts of which every free text takes one: any, an axis, a formula.
-const TEXTS: [&str; 4] = [NOTHING, "x", "1", "a.vtu"];
+const FREE_TEXTS: [&str; 4] = [UNKNOWN_WORD, "x", "1", "a.vtu"];
 
 /// A place to which values can be given.
 #[derive(Clone)]
@@ -108,7 +108,7 @@ impl Probe {
 
     /// The names that can stand here, as the error about another one lists them.
     pub(super) fn names(&self) -> Option<Vec<String>> {
-        let problem = self.problem(Value::String(NOTHING.to_owned()))?;
+        let problem = self.problem(Value::String(UNKNOWN_WORD.to_owned()))?;
         let named = problem.as_unknown_name().is_some() && self.concerns(&problem);
         named.then(|| problem.allowed().to_vec())
     }
@@ -128,7 +128,7 @@ pub(super) fn table_of(entries: Vec<(String, Value)>) -> Value {
 
 /// What can stand at a place.
 pub(super) fn describe(probe: &Probe, meanings: &Meanings) -> Described {
-    if probe.steps.len() > DEEPEST || probe.recurs() {
+    if probe.steps.len() > MAX_DEPTH || probe.recurs() {
         return Described { schema: json!({}), example: None };
     }
     let mut all = Vec::new();
@@ -163,7 +163,7 @@ fn texts(probe: &Probe) -> Option<Described> {
         return first
             .map(|first| Described { schema: json!({ "enum": names }), example: Some(first) });
     }
-    let taken = TEXTS.into_iter().find(|one| probe.refusal(text(one)).is_none())?;
+    let taken = FREE_TEXTS.into_iter().find(|one| probe.refusal(text(one)).is_none())?;
     Some(Described { schema: json!({ "type": "string" }), example: Some(text(taken)) })
 }
 
@@ -177,7 +177,7 @@ fn truths(probe: &Probe) -> Option<Described> {
 
 /// A list, with the numbers of elements that it can have.
 fn list(probe: &Probe, meanings: &Meanings) -> Option<Described> {
-    const LONGEST: usize = 6;
+    const MAX_ENTRIES: usize = 6;
     let of = |item: &Value, length| Value::Array(vec![node(item.clone()); length]);
     // Of a wrong element the reader complains about that, not about the list.
     let wrong = Value::Date(String::new());
@@ -188,12 +188,12 @@ fn list(probe: &Probe, meanings: &Meanings) -> Option<Described> {
     let mut schema = json!({ "type": "array", "items": item.schema });
     let example = item.example?;
     let fits = |length: &usize| probe.refusal(of(&example, *length)).is_none();
-    let lengths: Vec<usize> = (0..=LONGEST).filter(fits).collect();
+    let lengths: Vec<usize> = (0..=MAX_ENTRIES).filter(fits).collect();
     let (least, most) = (*lengths.first()?, *lengths.last()?);
     if least > 0 {
         schema["minItems"] = least.into();
     }
-    if most < LONGEST {
+    if most < MAX_ENTRIES {
         schema["maxItems"] = most.into();
     }
     Some(Described { schema, example: Some(of(&example, least)) })

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use serde_json::{Map, Value as Json, json};
 
 use super::meaning::Meanings;
-use super::probe::{Described, NOTHING, Probe, describe, table_of};
+use super::probe::{Described, Probe, UNKNOWN_WORD, describe, table_of};
 use crate::document::{DocumentError, Value};
 
 /// Keys that name a kind, on which the other keys depend.
@@ -37,7 +37,7 @@ pub(super) fn tables(probe: &Probe, meanings: &Meanings) -> Vec<Described> {
         all.extend(open(probe, meanings));
     }
     for selector in SELECTORS {
-        let entry = [(selector.to_owned(), text(NOTHING))];
+        let entry = [(selector.to_owned(), text(UNKNOWN_WORD))];
         let selected = keys(probe, &entry).filter(|keys| keys.contains(selector));
         if selected.is_some() && selected != keys(probe, &[]) {
             all.extend(closed(probe, &entry, meanings));
@@ -53,7 +53,7 @@ fn text(text: &str) -> Value {
 /// What is wrong with a table of these entries and one of a key that none has.
 fn refused(probe: &Probe, entries: &[Entry]) -> Option<DocumentError> {
     let mut entries = entries.to_vec();
-    entries.push((NOTHING.to_owned(), table_of(Vec::new())));
+    entries.push((UNKNOWN_WORD.to_owned(), table_of(Vec::new())));
     probe.problem(table_of(entries))
 }
 
@@ -68,7 +68,7 @@ fn keys(probe: &Probe, entries: &[Entry]) -> Option<BTreeSet<String>> {
 fn tag(probe: &Probe) -> Option<(&'static str, Vec<String>)> {
     let base = keys(probe, &[]);
     TAGS.into_iter().find_map(|tag| {
-        let problem = probe.problem(table_of(vec![(tag.to_owned(), text(NOTHING))]))?;
+        let problem = probe.problem(table_of(vec![(tag.to_owned(), text(UNKNOWN_WORD))]))?;
         let below = probe.key(tag, &[]);
         let named = problem.as_unknown_name().is_some();
         if !named || !(probe.concerns(&problem) || below.concerns(&problem)) {
@@ -149,7 +149,7 @@ fn closed(probe: &Probe, entries: &[Entry], meanings: &Meanings) -> Option<Descr
 /// Whether a key cannot stand beside these entries, whatever its value: the table as a whole is refused then.
 fn excluded(probe: &Probe, key: &str, beside: &[Entry]) -> bool {
     let below = probe.key(key, beside);
-    [text(NOTHING), Value::Boolean(true), Value::Float(1.0)].into_iter().all(|value| {
+    [text(UNKNOWN_WORD), Value::Boolean(true), Value::Float(1.0)].into_iter().all(|value| {
         below.problem(value).is_some_and(|problem| {
             let type_or_missing = problem.expected().is_some() || problem.missing().is_some();
             probe.concerns(&problem) && problem.allowed().is_empty() && !type_or_missing

@@ -4,10 +4,10 @@ use rumple_numerics::Vec3;
 use rumple_numerics::num::real;
 
 use super::graph::{Edges, Union};
-use super::{Fault, Findings, SHOWN};
+use super::{Fault, Findings, MAX_PLACES};
 
 /// Enclosed volume over the sum of its parts' absolute values, below which the sign is one of round-off.
-const FLAT: f64 = 1e-9;
+const FLAT_VOLUME_SHARE: f64 = 1e-9;
 
 impl Findings<'_> {
     /// Edges with more than two triangles; false if there are any.
@@ -15,11 +15,11 @@ impl Findings<'_> {
         let bad: Vec<_> = edges.groups().filter(|group| group.len() > 2).collect();
         let places: Vec<_> = bad
             .iter()
-            .take(SHOWN)
+            .take(MAX_PLACES)
             .map(|group| {
                 let (a, b) = (group[0].low as usize, group[0].high as usize);
                 let sharing: Vec<_> =
-                    group.iter().take(SHOWN).map(|h| self.triangle(h.triangle)).collect();
+                    group.iter().take(MAX_PLACES).map(|h| self.triangle(h.triangle)).collect();
                 format!(
                     "between {} and {} in {}",
                     self.vertex(a),
@@ -140,7 +140,7 @@ impl Findings<'_> {
             .iter()
             .map(part)
             .fold((0.0, 0.0), |(sum, size), part| (sum + part, size + part.abs()));
-        if volume < -FLAT * size {
+        if volume < -FLAT_VOLUME_SHARE * size {
             triangles.iter_mut().for_each(|t| t.swap(1, 2));
             let message = "the closed surface had its normals inwards (mean curvature negative, pressure \
                 the other way): all its triangles were reversed";

@@ -24,7 +24,7 @@ use rumple_numerics::Vec3;
 const NEEDLE_QUALITY: f64 = 0.05;
 
 /// Places that are kept of one kind of fault.
-pub(crate) const SHOWN: usize = 5;
+pub(crate) const MAX_PLACES: usize = 5;
 
 /// The kinds of faults.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -206,18 +206,18 @@ impl Findings<'_> {
         if count > 0 {
             let turned = matches!(fault, Fault::Orientation | Fault::FacesInwards);
             let fatal = !turned && fault != Fault::Needle;
-            let places = places.take(SHOWN).collect();
+            let places = places.take(MAX_PLACES).collect();
             self.list.push(Finding { fault, fatal, count, message: message.to_owned(), places });
         }
     }
 
     fn vertices(&mut self, fault: Fault, message: &str, at: &[usize]) {
-        let places: Vec<_> = at.iter().take(SHOWN).map(|&v| self.vertex(v)).collect();
+        let places: Vec<_> = at.iter().take(MAX_PLACES).map(|&v| self.vertex(v)).collect();
         self.report(fault, message, at.len(), places.into_iter());
     }
 
     fn triangles(&mut self, fault: Fault, message: &str, at: &[usize]) {
-        let places: Vec<_> = at.iter().take(SHOWN).map(|&t| self.triangle(t)).collect();
+        let places: Vec<_> = at.iter().take(MAX_PLACES).map(|&t| self.triangle(t)).collect();
         self.report(fault, message, at.len(), places.into_iter());
     }
 
@@ -230,7 +230,7 @@ impl Findings<'_> {
         let twice = repetitions(points.iter().map(place_of));
         let places =
             twice.iter().map(|&[a, b]| format!("{} and {}", self.vertex(a), self.vertex(b)));
-        let places: Vec<_> = places.take(SHOWN).collect();
+        let places: Vec<_> = places.take(MAX_PLACES).collect();
         self.report(
             Fault::CoincidentVertices,
             "vertices lie at the same point (merge them, or the sheet is cut there)",
@@ -267,7 +267,7 @@ impl Findings<'_> {
             key
         }));
         let pair = |&[a, b]: &[usize; 2]| format!("{} and {}", self.triangle(a), self.triangle(b));
-        let places: Vec<_> = twice.iter().take(SHOWN).map(pair).collect();
+        let places: Vec<_> = twice.iter().take(MAX_PLACES).map(pair).collect();
         self.report(
             Fault::DuplicateTriangle,
             "triangles have the same three vertices",
@@ -284,7 +284,7 @@ impl Findings<'_> {
         needles.sort_by(|a, b| a.1.total_cmp(&b.1));
         let places: Vec<_> = needles
             .iter()
-            .take(SHOWN)
+            .take(MAX_PLACES)
             .map(|(t, q)| format!("{}, quality {q:.1e}", self.triangle(*t)))
             .collect();
         self.report(

@@ -32,7 +32,7 @@ const FEWEST_ACROSS: usize = 4;
 const FEWEST_AROUND: usize = 8;
 
 /// Points along each angle in the quadrature of an area; the midpoint rule converges fast on periodic functions.
-const QUADRATURE: usize = 400;
+const QUADRATURE_POINTS: usize = 400;
 
 /// A part of a sphere above a plane.
 pub(super) struct Cap {
@@ -226,16 +226,16 @@ impl Ellipsoid {
     /// Area, by the midpoint rule in z and longitude on the unit sphere.
     fn area(axes: &Vec3) -> f64 {
         let mut sum = 0.0;
-        for i in 0..QUADRATURE {
-            let z = (2.0 * real(i) + 1.0) / real(QUADRATURE) - 1.0;
+        for i in 0..QUADRATURE_POINTS {
+            let z = (2.0 * real(i) + 1.0) / real(QUADRATURE_POINTS) - 1.0;
             let r = (1.0 - z * z).sqrt();
-            for j in 0..QUADRATURE {
-                let longitude = TAU * real(j) / real(QUADRATURE);
+            for j in 0..QUADRATURE_POINTS {
+                let longitude = TAU * real(j) / real(QUADRATURE_POINTS);
                 let u = Vec3::new(r * longitude.cos(), r * longitude.sin(), z);
                 sum += Self::density(axes, &u);
             }
         }
-        2.0 * TAU * sum / real(QUADRATURE * QUADRATURE)
+        2.0 * TAU * sum / real(QUADRATURE_POINTS * QUADRATURE_POINTS)
     }
 }
 

@@ -53,7 +53,7 @@ pub(super) fn delaunay(points: &[Vec3]) -> Vec<[u32; 3]> {
 
 /// Width of the copies around a periodic domain in edge lengths; a Delaunay circle of the random start is at most a few
 /// edges wide.
-const COPIED: f64 = 4.0;
+const COPIED_WIDTH: f64 = 4.0;
 
 /// Delaunay triangles of points in a plane that repeats itself after `periods` along x and y (infinite where it does
 /// not), in which edges are about `edge` long.
@@ -70,7 +70,7 @@ pub(super) fn periodic(points: &[Vec3], periods: [f64; 2], edge: f64) -> Vec<[u3
         if !period.is_finite() {
             continue;
         }
-        let margin = (COPIED * edge).min(0.5 * period);
+        let margin = (COPIED_WIDTH * edge).min(0.5 * period);
         // The domain is one period from the least coordinate on; copies along x are copied along y too.
         let end = low[axis] + period;
         for v in 0..all.len() {

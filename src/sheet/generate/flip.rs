@@ -14,10 +14,10 @@ use rumple_numerics::Vec3;
 use rumple_numerics::num::index;
 
 /// Sum of cotangents below which an edge is flipped: above round-off, so that four points on a circle do not flip for ever.
-const LEAST: f64 = -1e-10;
+const MIN_COTANGENT_SUM: f64 = -1e-10;
 
 /// Flips allowed for each triangle; on a coarse curved surface they may go round in circles.
-const MOST_FLIPS: usize = 20;
+const MAX_FLIPS: usize = 20;
 
 /// No triangle.
 const NONE: u32 = u32::MAX;
@@ -39,7 +39,7 @@ pub(super) fn delaunay_in_space(points: &[Vec3], triangles: Vec<[u32; 3]>) -> Ve
     let mut mesh = Mesh::new(points, triangles);
     let mut open: Vec<(u32, usize)> =
         (0..mesh.triangles.len()).flat_map(|t| (0..3).map(move |k| (index(t), k))).collect();
-    let mut left = MOST_FLIPS * mesh.triangles.len();
+    let mut left = MAX_FLIPS * mesh.triangles.len();
     while let Some((t, k)) = open.pop() {
         if left > 0 && mesh.flip(t as usize, k) {
             left -= 1;
@@ -102,7 +102,7 @@ impl<'a> Mesh<'a> {
             let (u, v) = (pa - at, pb - at);
             u.dot(&v) / u.cross(&v).norm().max(f64::MIN_POSITIVE)
         };
-        if cot(pc) + cot(pd) >= LEAST {
+        if cot(pc) + cot(pd) >= MIN_COTANGENT_SUM {
             return false;
         }
         let normal = |p: Vec3, q: Vec3, r: Vec3| (q - p).cross(&(r - p));

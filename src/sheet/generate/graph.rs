@@ -16,7 +16,7 @@ use rand_chacha::ChaCha8Rng;
 use super::density::edge_length;
 use super::domain::{Domain, delaunay};
 use super::flip::delaunay_in_space;
-use super::planar::{BOUNDARY_MARGIN, CORNER, FEWEST_ACROSS, Planar};
+use super::planar::{BOUNDARY_MARGIN, CORNER_OFFSET, FEWEST_ACROSS, Planar};
 use super::too_narrow;
 use crate::SheetError;
 use rumple_numerics::Vec3;
@@ -30,7 +30,7 @@ const INTERVALS: usize = 1024;
 const CURVE_INTERVALS: usize = 20_000;
 
 /// Steepest slope: beyond it, triangles of the plane say little about the surface.
-const STEEPEST: f64 = 20.0;
+const MAX_SLOPE: f64 = 20.0;
 
 /// Distances of the vertex inside a corner from it, in edges.
 const CORNER_NEAREST: f64 = 1.0;
@@ -103,8 +103,10 @@ impl<'a> Graph<'a> {
         graph.boundary = graph.fixed.len();
         for k in 0..4 {
             let before = &sides[(k + 3) % 4];
-            let steps =
-                [sides[k].at(CORNER * edge), 1.0 - before.at(before.length() - CORNER * edge)];
+            let steps = [
+                sides[k].at(CORNER_OFFSET * edge),
+                1.0 - before.at(before.length() - CORNER_OFFSET * edge),
+            ];
             let steps = if k % 2 == 0 { steps } else { [steps[1], steps[0]] };
             let (x, y) = corners[k];
             let [dx, dy] = [-x.signum() * steps[0] * width, -y.signum() * steps[1] * depth];
@@ -137,12 +139,12 @@ impl<'a> Graph<'a> {
 
     /// The vertex inside the corner (x, y), between its sides, along which lie (dx, 0) and (0, dy).
     ///
-    /// With an angle θ between the sides it is at 2 [`CORNER`] cos(θ/2) edges, as in a flat rectangle, but not nearer or
+    /// With an angle θ between the sides it is at 2 [`CORNER_OFFSET`] cos(θ/2) edges, as in a flat rectangle, but not nearer or
     /// farther than suits the two triangles there.
     fn corner_vertex(&self, [x, y]: [f64; 2], [dx, dy]: [f64; 2], edge: f64) -> Vec3 {
         let corner = self.lift(x, y);
         let along = [self.lift(x + dx, y), self.lift(x, y + dy)].map(|p| (p - corner).normalize());
-        let distance = CORNER * (along[0] + along[1]).norm();
+        let distance = CORNER_OFFSET * (along[0] + along[1]).norm();
         let share = distance.clamp(CORNER_NEAREST, CORNER_FARTHEST) * edge
             / (self.lift(x + dx, y + dy) - corner).norm().max(f64::MIN_POSITIVE);
         self.lift(x + share * dx, y + share * dy)
@@ -171,9 +173,9 @@ impl<'a> Graph<'a> {
                 let (x, y) = (middle(i, a), middle(j, b));
                 let [p, q] = self.slopes(x, y);
                 let slope = p.hypot(q);
-                if !(slope <= STEEPEST) {
+                if !(slope <= MAX_SLOPE) {
                     return Err(SheetError::Unusable(format!(
-                        "z has the slope {} at x = {}, y = {}; slopes of at most {STEEPEST} are meshed",
+                        "z has the slope {} at x = {}, y = {}; slopes of at most {MAX_SLOPE} are meshed",
                         Short(slope),
                         Short(x),
                         Short(y)

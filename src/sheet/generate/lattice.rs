@@ -23,7 +23,7 @@ use rumple_numerics::num::{index, real, whole};
 
 /// Rings of neighbours around what a rank owns that a patch has: two of ghosts, and one that completes the triangles
 /// around these.
-const RINGS: usize = 3;
+const PATCH_RINGS: usize = 3;
 
 /// The points of a part of the lattice: rows, and places in them; the last place of an odd row goes with the one before.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -114,7 +114,7 @@ impl Lattice {
             let message = format!("{vertices} vertices cannot be spread over {ranks} ranks");
             return Err(SheetError::Unusable(message));
         }
-        let around = self.block(rank, ranks).grown(RINGS, &all);
+        let around = self.block(rank, ranks).grown(PATCH_RINGS, &all);
         let mut places = Vec::new();
         for row in around.rows.clone() {
             let end = around.columns.end

@@ -35,7 +35,7 @@ use rumple_numerics::num::{Short, real};
 const MIN_QUALITY: f64 = 0.6;
 
 /// Random starts before a shape is declared impossible at the asked number of vertices.
-const ATTEMPTS: u64 = 8;
+const MAX_ATTEMPTS: u64 = 8;
 
 /// Most vertices a generator makes: indices have 32 bits, and relaxation is serial.
 const MAX_VERTICES: usize = 20_000_000;
@@ -234,7 +234,7 @@ fn check(sizes: &[(&str, f64)], vertices: usize) -> Result<(), SheetError> {
 /// Fills a domain with random points, relaxes them, and accepts the mesh if it is a good one.
 fn irregular(domain: &impl Domain, vertices: usize, seed: u64) -> Result<Sheet, SheetError> {
     let mut refused = String::new();
-    for attempt in 0..ATTEMPTS {
+    for attempt in 0..MAX_ATTEMPTS {
         let start = noise::points(domain, vertices, seed, attempt);
         let (points, triangles) = relax::relax(domain, start);
         let placed: Vec<_> = points.iter().map(|&p| domain.place(p)).collect();
@@ -246,7 +246,7 @@ fn irregular(domain: &impl Domain, vertices: usize, seed: u64) -> Result<Sheet, 
         }
     }
     Err(SheetError::Unusable(format!(
-        "no good mesh of this shape with {vertices} vertices was found in {ATTEMPTS} random \
+        "no good mesh of this shape with {vertices} vertices was found in {MAX_ATTEMPTS} random \
          starts (the last one: {refused}); more vertices will help"
     )))
 }

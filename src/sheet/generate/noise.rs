@@ -15,14 +15,14 @@ use rumple_numerics::num::{index, real, whole};
 /// First dart distance in edge lengths: near the jam the spacing is most even, but slow to find.
 const START_DISTANCE: f64 = 0.7;
 
-/// Misses in a row after which the distance shrinks by [`SHRINK`].
-const PATIENCE: usize = 200;
+/// Misses in a row after which the distance shrinks by [`DISTANCE_REDUCTION`].
+const MAX_MISSES: usize = 200;
 
 /// Factor on the distance when darts keep missing.
-const SHRINK: f64 = 0.97;
+const DISTANCE_REDUCTION: f64 = 0.97;
 
 /// End of a list in the buckets.
-const NONE: u32 = u32::MAX;
+const END_OF_LIST: u32 = u32::MAX;
 
 /// The fixed points of the domain followed by random ones, `vertices` in all.
 pub(super) fn points(domain: &impl Domain, vertices: usize, seed: u64, stream: u64) -> Vec<Vec3> {
@@ -45,8 +45,8 @@ pub(super) fn points(domain: &impl Domain, vertices: usize, seed: u64, stream: u
             misses = 0;
         } else {
             misses += 1;
-            if misses > PATIENCE {
-                distance *= SHRINK;
+            if misses > MAX_MISSES {
+                distance *= DISTANCE_REDUCTION;
                 misses = 0;
             }
         }
@@ -69,7 +69,7 @@ impl Buckets {
         let extent = (high - low).add_scalar(distance);
         let side = distance.max((extent.product() / (64.0 * real(vertices))).cbrt());
         let size = [0, 1, 2].map(|k| whole((extent[k] / side).ceil()) + 1);
-        let head = vec![NONE; size.iter().product()];
+        let head = vec![END_OF_LIST; size.iter().product()];
         Self { low, side, size, head, next: Vec::with_capacity(vertices) }
     }
 
@@ -93,7 +93,7 @@ impl Buckets {
             for j in range(1) {
                 for k in range(2) {
                     let mut at = self.head[(i * self.size[1] + j) * self.size[2] + k];
-                    while at != NONE {
+                    while at != END_OF_LIST {
                         if (points[at as usize] - p).norm_squared() < distance * distance {
                             return false;
                         }

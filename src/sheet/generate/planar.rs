@@ -28,7 +28,7 @@ const FEWEST_AROUND: usize = 6;
 ///
 /// It keeps the corner's two edges from closing a triangle of three boundary vertices; the two triangles
 /// at the corner have quality 0.92 with it.
-pub(super) const CORNER: f64 = 0.85;
+pub(super) const CORNER_OFFSET: f64 = 0.85;
 
 /// A flat region with its fixed vertices.
 pub(super) struct Planar {
@@ -114,7 +114,7 @@ pub(super) fn rectangle(width: f64, height: f64, vertices: usize) -> Result<Plan
     fixed.extend((0..m).map(|i| Vec3::new(-along(i, m, a), b, 0.0)));
     fixed.extend((0..n).map(|i| Vec3::new(-a, -along(i, n, b), 0.0)));
     let boundary = fixed.len();
-    let [x, y] = [a - CORNER * width / real(m), b - CORNER * height / real(n)];
+    let [x, y] = [a - CORNER_OFFSET * width / real(m), b - CORNER_OFFSET * height / real(n)];
     fixed.extend([(-x, -y), (x, -y), (x, y), (-x, y)].map(|(x, y)| Vec3::new(x, y, 0.0)));
     Ok(Planar { outline: Outline::Rectangle { half: [a, b] }, fixed, boundary, hole: 0, edge })
 }

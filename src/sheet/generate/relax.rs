@@ -18,13 +18,13 @@ use rumple_numerics::num::real;
 
 /// Number of moves. At 20 000 vertices the mean quality is 0.968, 0.975, 0.979 after 18, 28, 44
 /// moves, and each costs one triangulation.
-const MOVES: usize = 44;
+const ITERATIONS: usize = 44;
 
 /// Rest length of the springs over the mean edge; above 1 so that all springs push and the mesh fills its outline.
 const REST_LENGTH_RATIO: f64 = 1.2;
 
 /// Step length α; with [`INERTIA`] above 0.5 springs of two neighbours overshoot and buzz.
-const STEP: f64 = 0.3;
+const STEP_LENGTH: f64 = 0.3;
 
 /// Share β of the last move that is kept.
 const INERTIA: f64 = 0.7;
@@ -38,7 +38,7 @@ pub(super) fn relax(domain: &impl Domain, mut points: Vec<Vec3>) -> (Vec<Vec3>, 
     let limit = LONGEST_MOVE * domain.edge();
     let mut force = vec![Vec3::zeros(); points.len()];
     let mut last = force.clone();
-    for _ in 0..MOVES {
+    for _ in 0..ITERATIONS {
         let triangles = domain.triangles(&points);
         let rest = REST_LENGTH_RATIO * mean_edge(domain, &points, &triangles);
         force.fill(Vec3::zeros());
@@ -52,7 +52,7 @@ pub(super) fn relax(domain: &impl Domain, mut points: Vec<Vec3>) -> (Vec<Vec3>, 
             }
         }
         for i in fixed..points.len() {
-            let mut step = STEP * force[i] + INERTIA * last[i];
+            let mut step = STEP_LENGTH * force[i] + INERTIA * last[i];
             let length = step.norm();
             if length > limit {
                 step *= limit / length;

@@ -25,10 +25,10 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 );
 
 /// Arrays of a file may hold so many bytes in all, as numbers of 64 bits, …
-const LARGEST: usize = 1 << 23;
+const MAX_DECODED_BYTES: usize = 1 << 23;
 /// … and more where the file has more than a share of them: what repeats itself shrinks to a hundredth. Much
 /// more is nothing that a sheet needs.
-const MOST_TIMES: usize = 256;
+const MAX_TIMES: usize = 256;
 /// Memory that a decoder of LZMA data may use: a little more than the strongest preset asks for.
 const LZMA_MEMORY: u64 = 100 << 20;
 
@@ -42,7 +42,7 @@ pub(super) struct Budget {
 impl Budget {
     /// That of a file with so many bytes.
     pub(super) fn of(bytes: usize) -> Self {
-        let all = bytes.saturating_mul(MOST_TIMES).max(LARGEST);
+        let all = bytes.saturating_mul(MAX_TIMES).max(MAX_DECODED_BYTES);
         Self { left: Cell::new(all), all }
     }
 
@@ -51,7 +51,7 @@ impl Budget {
         let refuse = || {
             let all = self.all;
             format!(
-                "makes the file's arrays hold more than {all} bytes: at most {LARGEST}, or {MOST_TIMES} \
+                "makes the file's arrays hold more than {all} bytes: at most {MAX_DECODED_BYTES}, or {MAX_TIMES} \
                  times the size of the file, are decoded; save it with less or no compression"
             )
         };

@@ -92,7 +92,7 @@ pub fn frame_times(path: impl AsRef<Path>) -> Result<Vec<f64>, SheetError> {
 }
 
 /// Bytes at both ends of a file that are inspected before the rest of it is read.
-const ENDS: u64 = 4096;
+const END_BYTES: u64 = 4096;
 
 /// Which ends of a file must be text.
 #[derive(Clone, Copy)]
@@ -107,13 +107,13 @@ fn content(path: &Path, length: u64, text: Text) -> Result<Vec<u8>, String> {
     let unread = |e: std::io::Error| format!("cannot be read: {e}");
     let mut file = File::open(path).map_err(unread)?;
     let mut end = Vec::new();
-    if text.ends && length > 2 * ENDS {
-        file.seek(SeekFrom::Start(length - ENDS)).map_err(unread)?;
-        file.by_ref().take(ENDS).read_to_end(&mut end).map_err(unread)?;
+    if text.ends && length > 2 * END_BYTES {
+        file.seek(SeekFrom::Start(length - END_BYTES)).map_err(unread)?;
+        file.by_ref().take(END_BYTES).read_to_end(&mut end).map_err(unread)?;
         file.rewind().map_err(unread)?;
     }
     let mut bytes = Vec::new();
-    file.by_ref().take(ENDS).read_to_end(&mut bytes).map_err(unread)?;
+    file.by_ref().take(END_BYTES).read_to_end(&mut bytes).map_err(unread)?;
     let empty_head = text.begins && bytes.first() == Some(&0);
     if empty_head || (!end.is_empty() && end.iter().all(|byte| *byte == 0)) {
         let place = if empty_head { "begins" } else { "ends" };

@@ -10,8 +10,8 @@ use crate::Surface;
 use crate::surface::Array;
 
 /// Arrays on cells may grow so many times by the cuts of polygons, or to so many numbers: one strip can be all triangles.
-const MOST_TIMES: usize = 64;
-const LARGEST: usize = 1 << 20;
+const MAX_TIMES: usize = 64;
+const MAX_CUT_NUMBERS: usize = 1 << 20;
 
 /// VTK's numbers for a vertex, a line, a strip of triangles and a polygon; several vertices or edges in a cell make no
 /// difference here.
@@ -155,7 +155,7 @@ impl Cells {
             for array in &mut surface.cell_arrays {
                 let n = array.components;
                 let all = n.saturating_mul(found.corners.len());
-                if all > MOST_TIMES.saturating_mul(array.values.len()).max(LARGEST) {
+                if all > MAX_TIMES.saturating_mul(array.values.len()).max(MAX_CUT_NUMBERS) {
                     return Err(format!(
                         "the array \"{}\" on cells would have {all} numbers on triangles: save the mesh with \
                          triangles in place of strips",

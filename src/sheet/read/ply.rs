@@ -12,7 +12,7 @@ use crate::Surface;
 use crate::surface::Array;
 
 /// Most elements and properties in all; each costs a line of the head.
-const MOST_PROPERTIES: usize = 1000;
+const MAX_PROPERTIES: usize = 1000;
 
 /// One number, or a list of numbers, of every element.
 struct Property<'a> {
@@ -122,10 +122,8 @@ fn head<'a>(stream: &mut Stream<'a>) -> Result<(Coding, Vec<Element<'a>>), Strin
                 )));
             }
         }
-        if properties + elements.len() > MOST_PROPERTIES {
-            return Err(
-                stream.fault(format!("more than {MOST_PROPERTIES} elements and properties"))
-            );
+        if properties + elements.len() > MAX_PROPERTIES {
+            return Err(stream.fault(format!("more than {MAX_PROPERTIES} elements and properties")));
         }
     }
     let coding = coding.ok_or("the head has no line \"format\"")?;

@@ -17,7 +17,7 @@ use crate::quality::triangle_quality;
 use crate::surface::Array;
 
 /// Most corners of a polygon: the search for ears takes the cube of their number.
-const MOST_CORNERS: usize = 64;
+const MAX_CORNERS: usize = 64;
 
 /// Polygons of a file, corners one after another.
 #[derive(Debug, Default)]
@@ -47,7 +47,7 @@ impl Polygons {
     /// Cuts them into triangles; `name` says what polygon number k is called.
     ///
     /// # Errors
-    /// Polygons of fewer than three or more than [`MOST_CORNERS`] corners. Polygons of more than three with corners that
+    /// Polygons of fewer than three or more than [`MAX_CORNERS`] corners. Polygons of more than three with corners that
     /// do not exist, repeat or are not finite; in triangles the mesh checks find these.
     pub(super) fn triangles(
         self,
@@ -122,9 +122,9 @@ fn ears(corners: &[u32], points: &[Vec3]) -> Result<Vec<[u32; 3]>, String> {
     if n < 3 {
         return Err(format!("has {n} vertices; a polygon has at least 3"));
     }
-    if n > MOST_CORNERS {
+    if n > MAX_CORNERS {
         return Err(format!(
-            "has {n} vertices; polygons of at most {MOST_CORNERS} are cut into triangles"
+            "has {n} vertices; polygons of at most {MAX_CORNERS} are cut into triangles"
         ));
     }
     if let Some(v) = corners.iter().find(|&&v| v as usize >= points.len()) {

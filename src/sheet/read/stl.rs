@@ -18,8 +18,8 @@ use crate::Surface;
 use crate::check::place_of;
 
 /// Bytes before the number of triangles, and of one triangle.
-const HEAD: usize = 80;
-const TRIANGLE: usize = 50;
+const HEADER_BYTES: usize = 80;
+const TRIANGLE_BYTES: usize = 50;
 
 /// Triangles with their corners numbered as they are met.
 #[derive(Default)]
@@ -40,9 +40,13 @@ impl Soup {
 
 /// Reads the bytes of a file.
 pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
-    let count =
-        bytes.get(HEAD..).and_then(|rest| rest.first_chunk()).map(|n| u32::from_le_bytes(*n));
-    let size = |count: u32| (count as usize).saturating_mul(TRIANGLE).saturating_add(HEAD + 4);
+    let count = bytes
+        .get(HEADER_BYTES..)
+        .and_then(|rest| rest.first_chunk())
+        .map(|n| u32::from_le_bytes(*n));
+    let size = |count: u32| {
+        (count as usize).saturating_mul(TRIANGLE_BYTES).saturating_add(HEADER_BYTES + 4)
+    };
     // Binary files may begin with "solid" as those of text do: their size says what they are.
     let fits = count.is_some_and(|count| size(count) == bytes.len());
     if !fits && bytes.trim_ascii_start().starts_with(b"solid") {
@@ -50,7 +54,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
     }
     match count {
         Some(count) if size(count) > bytes.len() => Err(format!(
-            "byte {HEAD}: {count} triangles need {} bytes, and the file has {}: it is cut short, or it is not an STL \
+            "byte {HEADER_BYTES}: {count} triangles need {} bytes, and the file has {}: it is cut short, or it is not an STL \
              file (text begins with \"solid\")",
             size(count),
             bytes.len()
@@ -59,7 +63,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
         None => Err(format!(
             "has {} bytes, and neither begins with \"solid\" nor has the {} of a binary head: this is not an STL file",
             bytes.len(),
-            HEAD + 4
+            HEADER_BYTES + 4
         )),
     }
 }
@@ -67,7 +71,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
 fn binary(bytes: &[u8], count: u32) -> Result<Surface, String> {
     let mut stream = Stream::new(bytes);
     stream.coding = Coding::Little;
-    stream.take::<{ HEAD + 4 }>("the head")?;
+    stream.take::<{ HEADER_BYTES + 4 }>("the head")?;
     let mut soup = Soup::default();
     for k in 0..count {
         let what = format!("triangle {k}");

@@ -24,7 +24,7 @@ mod quantity;
 mod reference;
 mod report;
 
-pub use plan::{Options, REPEATS};
+pub use plan::{DEFAULT_REPEATS, Options};
 pub use quantity::Quantity;
 
 use std::path::Path;

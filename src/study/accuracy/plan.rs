@@ -39,7 +39,7 @@ pub struct Options {
 }
 
 /// Usual number of repetitions of short runs, to time them.
-pub const REPEATS: u16 = 3;
+pub const DEFAULT_REPEATS: u16 = 3;
 
 impl Default for Options {
     fn default() -> Self {
@@ -59,13 +59,13 @@ impl Default for Options {
 }
 
 /// References are so many times tighter than the tightest tolerance.
-const TIGHTER: f64 = 100.0;
+const REFERENCE_TIGHTENING: f64 = 100.0;
 /// The same of a staggered integrator, which is of second order.
-const TIGHTER_STAGGERED: f64 = 10.0;
+const STAGGERED_REFERENCE_TIGHTENING: f64 = 10.0;
 /// Ratio of the force tolerance of references to that of other runs.
-const TIGHTER_FORCES: f64 = 0.01;
+const REFERENCE_FORCE_RATIO: f64 = 0.01;
 /// Round-off leaves forces of some 1e-14.
-const LEAST_FORCE: f64 = 1e-12;
+const MIN_FORCE: f64 = 1e-12;
 /// References may take so many times as long as other runs.
 pub const PATIENCE: u64 = 5;
 /// Name of the first key, which chooses the run.
@@ -94,10 +94,10 @@ fn usual(policy: Policy, moves: bool) -> &'static [&'static str] {
 
 /// By what references are made, the best first, and how much tighter than the tightest tolerance.
 const REFERENCES: [(&str, f64); 4] = [
-    (r#"{ kind = "monolithic", method = "esdirk34" }"#, TIGHTER),
-    (r#"{ kind = "monolithic", method = "bdf" }"#, TIGHTER),
-    (r#"{ kind = "staggered" }"#, TIGHTER_STAGGERED),
-    (r#"{ kind = "staggered", chemistry = "exponential" }"#, 0.5 * TIGHTER_STAGGERED),
+    (r#"{ kind = "monolithic", method = "esdirk34" }"#, REFERENCE_TIGHTENING),
+    (r#"{ kind = "monolithic", method = "bdf" }"#, REFERENCE_TIGHTENING),
+    (r#"{ kind = "staggered" }"#, STAGGERED_REFERENCE_TIGHTENING),
+    (r#"{ kind = "staggered", chemistry = "exponential" }"#, 0.5 * STAGGERED_REFERENCE_TIGHTENING),
 ];
 /// Errors of kinetics alone grow with every period, and tight runs of them cost little.
 const STILL_TIGHTER: f64 = 100.0;
@@ -249,7 +249,7 @@ impl Base<'_> {
         let asked = &self.options.references;
         let texts: Vec<(&str, f64)> = match asked.is_empty() {
             true => REFERENCES.to_vec(),
-            false => asked.iter().map(|text| (text.as_str(), TIGHTER)).collect(),
+            false => asked.iter().map(|text| (text.as_str(), REFERENCE_TIGHTENING)).collect(),
         };
         let mut planned = Vec::new();
         // Without a sheet there are no forces.
@@ -266,10 +266,10 @@ impl Base<'_> {
                 Err(_) if asked.is_empty() => continue,
                 Err(error) => return Err(error),
             };
-            let tolerance = (tightest / (tighter * still)).max(TIGHTEST);
+            let tolerance = (tightest / (tighter * still)).max(TIGHTEST_TOLERANCE);
             let Some(tolerance) = Positive::new(tolerance) else { continue };
             let mut sets = vec![choice.at(self.scene, &self.set, tolerance)?];
-            sets.extend(force.map(|f| forced(f.min((TIGHTER_FORCES * f).max(LEAST_FORCE)))));
+            sets.extend(force.map(|f| forced(f.min((REFERENCE_FORCE_RATIO * f).max(MIN_FORCE)))));
             let name = format!("{}, {}", choice.name, Scientific(tolerance.get()));
             let method = choice.method().to_owned();
             let title = format!("reference: {name}");
@@ -327,7 +327,7 @@ fn allowed(
 }
 
 /// The tightest tolerance that can be met: numbers of 64 bits have 16 digits, and an error is a difference.
-const TIGHTEST: f64 = 1e-13;
+const TIGHTEST_TOLERANCE: f64 = 1e-13;
 
 impl Options {
     /// The least force tolerance, that of the scene included.
@@ -347,9 +347,9 @@ impl Options {
         others: &[Axis],
         search: &Search,
     ) -> Result<()> {
-        if let Some(t) = self.tolerances.iter().find(|t| t.get() < TIGHTEST) {
+        if let Some(t) = self.tolerances.iter().find(|t| t.get() < TIGHTEST_TOLERANCE) {
             return Err(Error::Refused(format!(
-                "--tolerances {}: below {TIGHTEST:e}, which no run can meet in numbers of 16 digits",
+                "--tolerances {}: below {TIGHTEST_TOLERANCE:e}, which no run can meet in numbers of 16 digits",
                 Short(t.get())
             )));
         }

@@ -16,11 +16,11 @@ use crate::study::plan::Plan;
 type Cost = fn(&Point) -> Option<f64>;
 
 /// Errors below this are round-off.
-const LEAST: f64 = 1e-15;
+const ROUND_OFF: f64 = 1e-15;
 /// Runs with an error beyond this have diverged.
-const FARTHEST: f64 = 100.0;
+const DIVERGED_ERROR: f64 = 100.0;
 /// Label of the line of the references' uncertainty.
-const APART: &str = "references, apart";
+const UNCERTAINTY_LABEL: &str = "references, apart";
 
 /// Name, caption and figure of a plot of a case.
 type CasePlot = (&'static str, &'static str, fn(&Study, &Case) -> Figure);
@@ -126,8 +126,8 @@ pub(super) fn panel(title: String, across: &str, curves: Vec<Curve>) -> Option<P
 fn errors(of: Quantity, across: &str, curves: Vec<Curve>) -> Option<Panel> {
     let mut panel = panel(error_of(of), across, curves)?;
     for Curve { name, points } in &mut panel.curves {
-        panel.zeros.extend(points.iter().filter(|p| p.1 <= LEAST).map(|p| (*name, p.0)));
-        points.retain(|p| p.1 > LEAST);
+        panel.zeros.extend(points.iter().filter(|p| p.1 <= ROUND_OFF).map(|p| (*name, p.0)));
+        points.retain(|p| p.1 > ROUND_OFF);
     }
     Some(panel)
 }
@@ -159,7 +159,7 @@ fn add_guide(curves: &mut Vec<Curve>, name: usize, level: Option<f64>) {
 
 /// Whether a run has diverged in any way: it would leave no room for the rest.
 fn diverged(point: &Point) -> bool {
-    let far = |q: &Quantity| point.error(*q).is_some_and(|error| !(error <= FARTHEST));
+    let far = |q: &Quantity| point.error(*q).is_some_and(|error| !(error <= DIVERGED_ERROR));
     Quantity::ALL.iter().any(far)
 }
 
@@ -183,7 +183,7 @@ fn against(
     let wanted = (subject(study, case) == quantity).then_some(study.wanted);
     let levels = [case.floor(quantity), wanted, case.spread_of(quantity)];
     for (k, level) in levels.into_iter().enumerate() {
-        add_guide(&mut curves, study.curves.len() + k, level.filter(|level| *level > LEAST));
+        add_guide(&mut curves, study.curves.len() + k, level.filter(|level| *level > ROUND_OFF));
     }
     Some(Panel { failed, ..errors(quantity, title, curves)? })
 }
@@ -208,19 +208,19 @@ fn work_precision(study: &Study, case: &Case) -> Figure {
     };
     let panels = Quantity::FIELDS.map(panels);
     let columns = panels.iter().map(Vec::len).fold(1, usize::max);
-    figure(study, &[APART, &wanted(study)], panels.concat(), columns)
+    figure(study, &[UNCERTAINTY_LABEL, &wanted(study)], panels.concat(), columns)
 }
 
 fn measures(study: &Study, case: &Case) -> Figure {
     let panels = Quantity::MEASURES.into_iter().filter_map(|q| against(study, case, q, TIME));
-    figure(study, &[APART, &wanted(study), "spread over seeds"], panels.collect(), 3)
+    figure(study, &[UNCERTAINTY_LABEL, &wanted(study), "spread over seeds"], panels.collect(), 3)
 }
 
 fn in_time(study: &Study, case: &Case) -> Figure {
     let panel = |quantity| {
         let points = |course: &[Distance]| -> Vec<(f64, f64)> {
             let all = course.iter().map(|d| (d.time, d.of(quantity)));
-            all.filter(|p| p.0 > 0.0 && p.1 > LEAST && p.1 <= FARTHEST).collect()
+            all.filter(|p| p.0 > 0.0 && p.1 > ROUND_OFF && p.1 <= DIVERGED_ERROR).collect()
         };
         let curve = |name| {
             let ended: Vec<_> = line(case, name).filter_map(|p| p.errors.as_ref()).collect();
@@ -233,14 +233,14 @@ fn in_time(study: &Study, case: &Case) -> Figure {
         }
         Some(Panel { logarithmic: (false, true), ..panel(error_of(quantity), "time", curves)? })
     };
-    figure(study, &[APART], Quantity::FIELDS.into_iter().filter_map(panel).collect(), 2)
+    figure(study, &[UNCERTAINTY_LABEL], Quantity::FIELDS.into_iter().filter_map(panel).collect(), 2)
 }
 
 fn by_tolerance(study: &Study, case: &Case) -> Figure {
     let (least, most) = extent(case.points.iter().map(|p| p.tolerance));
     let panel = |quantity| {
         let mut curves = curves(study, case, |p| {
-            Some((p.tolerance, p.error(quantity).filter(|error| *error <= FARTHEST)?))
+            Some((p.tolerance, p.error(quantity).filter(|error| *error <= DIVERGED_ERROR)?))
         });
         let some = least < most && curves.iter().any(|c| !c.points.is_empty());
         let points = vec![(least, least), (most, most)];

@@ -15,11 +15,11 @@ use crate::study::extent;
 use crate::study::plan::Plan;
 
 /// The key that chooses a policy.
-const KEY: &str = "time.policy";
+const POLICY_KEY: &str = "time.policy";
 /// The policy that leaves nothing out.
-const FULLEST: &str = "simultaneous";
+const FULLEST_POLICY: &str = "simultaneous";
 /// A distance is known if it is so many times the distance of the references.
-const KNOWN: f64 = 3.0;
+const KNOWN_DISTANCE_RATIO: f64 = 3.0;
 
 /// The distances of one policy from another.
 struct PolicyDistances {
@@ -52,12 +52,12 @@ pub(super) struct Policies {
 /// Measures the distance between the policies of a study.
 pub(super) fn policies(plan: &Plan, cases: &[Case]) -> Policies {
     let axes = || plan.axes.iter().enumerate().skip(1);
-    let Some((at, policies)) = axes().find(|(_, axis)| axis.key == KEY) else {
+    let Some((at, policies)) = axes().find(|(_, axis)| axis.key == POLICY_KEY) else {
         return Policies::default();
     };
     let of = |case: &Case| case.at.get(at).copied();
     let count = policies.values.len();
-    let full = (0..count).find(|k| policies.value(*k) == FULLEST).unwrap_or(0);
+    let full = (0..count).find(|k| policies.value(*k) == FULLEST_POLICY).unwrap_or(0);
     let fullest = || cases.iter().filter(|case| of(case) == Some(full));
     let ratios: Option<Vec<f64>> = fullest().map(|case| ratio(plan, case)).collect();
     let numeric = axes().find_map(|(k, axis)| Some((k, axis, axis.numbers()?)));
@@ -116,7 +116,8 @@ fn distance(base: &Case, other: &Case) -> Option<[f64; 2]> {
 /// Places and distances of the field that are known.
 fn known(rows: &[Row], field: usize) -> Vec<(f64, f64)> {
     let all = rows.iter().map(|row| (row.place, row.distance[field], row.floor[field]));
-    let known = all.filter(|(_, distance, floor)| *distance > KNOWN * floor && *distance > 0.0);
+    let known = all
+        .filter(|(_, distance, floor)| *distance > KNOWN_DISTANCE_RATIO * floor && *distance > 0.0);
     known.map(|(place, distance, _)| (place, distance)).collect()
 }
 

@@ -109,13 +109,13 @@ impl Quantity {
 }
 
 /// The sheet has buckled where it is deflected so many times as far.
-const GROWN: f64 = 2.0;
+const BUCKLING_RATIO: f64 = 2.0;
 
 /// When the deflection comes half way, linearly between output times.
 fn buckling(course: &[Measures]) -> Option<f64> {
     let first = course.first()?.deflection;
     let most = course.iter().map(|m| m.deflection).fold(first, f64::max);
-    if !(most > GROWN * first) {
+    if !(most > BUCKLING_RATIO * first) {
         return None;
     }
     let half = 0.5 * (first + most);

@@ -18,7 +18,7 @@ use crate::study::gather::{
 use crate::study::plan::Plan;
 
 /// Changes below this, relative to what changes, are none.
-const STILL: f64 = 1e-6;
+const NEGLIGIBLE_CHANGE: f64 = 1e-6;
 
 /// Reference of a case.
 pub(super) struct Reference {
@@ -119,17 +119,18 @@ fn is_still(norm: &Norm, run: &Run) -> bool {
     let Some(first) = run.states.first() else { return false };
     let species = |state: &State| norm.distance(state, first).of_species();
     let (least, most) = extent(run.found.measures.iter().map(|m| m.amplitude));
-    run.states.iter().all(|state| species(state) <= STILL) && !(most - least > STILL * most)
+    run.states.iter().all(|state| species(state) <= NEGLIGIBLE_CHANGE)
+        && !(most - least > NEGLIGIBLE_CHANGE * most)
 }
 
 /// A factor of every state is made; beyond this it would cost more than the steps.
-const LARGEST: usize = 20_000;
+const MAX_VERTICES: usize = 20_000;
 
 /// Returns the override by which references of a scene of so many vertices watch their stability; none where shapes
 /// are not in equilibrium: one that moves falls along negative-curvature directions all the time.
 pub(super) fn watched(scene: &Scene, moves: bool, vertices: usize) -> Option<String> {
     let still = moves && scene.time.policy == Policy::QuasiStatic;
-    (still && vertices <= LARGEST).then(|| "stability.watch=true".to_owned())
+    (still && vertices <= MAX_VERTICES).then(|| "stability.watch=true".to_owned())
 }
 
 /// Time from which on the run in `directory` has been on an unstable branch until its end.

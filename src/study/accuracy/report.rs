@@ -16,8 +16,8 @@ pub(super) fn csv(study: &Study, cases: &[Case]) -> String {
     let head = ["case", "integrator", "tolerance", "force tolerance", "status"].map(str::to_owned);
     let errors = Quantity::ALL.map(|q| format!("error of the {}", q.name()));
     let times = ["steps [s]", "least [s]", "most [s]", "start [s]"].map(str::to_owned);
-    let mut rows = vec![[&head[..], &errors, &times, &COUNTS.map(str::to_owned)].concat()];
-    rows[0].extend(work_titles(&COUNTS));
+    let mut rows = vec![[&head[..], &errors, &times, &COUNT_NAMES.map(str::to_owned)].concat()];
+    rows[0].extend(work_titles(&COUNT_NAMES));
     rows[0].extend(["memory [MB]".to_owned(), "reason".to_owned()]);
     for (case, point) in cases.iter().flat_map(|case| case.points.iter().map(move |p| (case, p))) {
         let found = &point.found;
@@ -32,7 +32,7 @@ pub(super) fn csv(study: &Study, cases: &[Case]) -> String {
         row.extend(times.map(number));
         row.extend(counts(point, ""));
         // Other programs do not count more.
-        row.extend(work_cells(point.work().filter(|_| !point.is_peer()), &COUNTS));
+        row.extend(work_cells(point.work().filter(|_| !point.is_peer()), &COUNT_NAMES));
         row.extend([number(found.peak_resident_megabytes()), found.why_incomplete().to_owned()]);
         rows.push(row);
     }
@@ -172,7 +172,7 @@ fn table(study: &Study, case: &Case) -> Vec<Vec<String>> {
     let quantities: Vec<Quantity> = Quantity::ALL.into_iter().filter(has).collect();
     let names = quantities.iter().map(|q| q.name());
     let head = ["integrator", "status"].into_iter().chain(names).chain(["time", "spread"]);
-    let mut rows: Vec<Vec<String>> = vec![head.chain(COUNTS).map(str::to_owned).collect()];
+    let mut rows: Vec<Vec<String>> = vec![head.chain(COUNT_NAMES).map(str::to_owned).collect()];
     for point in &case.points {
         let mut row = vec![described(study, point), point.found.status.to_string()];
         let error = |q: &Quantity| point.error(*q).map_or("-".to_owned(), percent);
@@ -188,7 +188,7 @@ fn table(study: &Study, case: &Case) -> Vec<Vec<String>> {
 }
 
 /// The counts of work that every program reports.
-const COUNTS: [&str; 3] = ["steps", "evaluations", "factorisations"];
+const COUNT_NAMES: [&str; 3] = ["steps", "evaluations", "factorisations"];
 
 /// Steps, evaluations and factorisations of a run; `none` where they are not known.
 fn counts(point: &Point, none: &str) -> [String; 3] {
@@ -253,7 +253,7 @@ fn mesh(cases: &[Case], key: usize, axis: &Axis) -> Option<Vec<Vec<String>>> {
 }
 
 /// Orders that are looked for.
-const ORDERS: (f64, f64) = (0.2, 4.5);
+const ORDER_RANGE: (f64, f64) = (0.2, 4.5);
 /// Halvings of the range of orders: to its last digit.
 const HALVINGS: usize = 60;
 
@@ -271,7 +271,7 @@ fn limit([a, b, c]: [(f64, f64); 3]) -> Option<(f64, f64)> {
         return None;
     }
     let of = |p: f64| (a.0.powf(p) - b.0.powf(p)) / (b.0.powf(p) - c.0.powf(p)) - ratio;
-    let (mut low, mut high) = ORDERS;
+    let (mut low, mut high) = ORDER_RANGE;
     if !(of(low) < 0.0 && of(high) > 0.0) {
         return None;
     }

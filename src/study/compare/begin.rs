@@ -197,7 +197,7 @@ fn announce(mut start: Simulation, reports: &Reports<'_>, interrupt: Interrupt) 
 
 /// Writes numbers, plots and pictures.
 fn write(root: &Path, members: &[Member]) -> Result<()> {
-    let mut files = draw::svg_and_png(PLOTS, &figure(members))?.to_vec();
+    let mut files = draw::svg_and_png(PLOT_NAME, &figure(members))?.to_vec();
     files.push((TABLE.to_owned(), csv(members).into_bytes()));
     if let Some(pictures) = contact_sheet(members)? {
         files.push((PICTURES.to_owned(), pictures.png()?));
@@ -215,7 +215,7 @@ fn folder(name: &str, number: usize) -> String {
 /// Name of the table.
 pub const TABLE: &str = "compare.csv";
 /// Name of the plots, as SVG and as PNG.
-const PLOTS: &str = "compare";
+const PLOT_NAME: &str = "compare";
 const PICTURES: &str = "pictures.png";
 
 /// The names in `root` of what a comparison writes, members first.

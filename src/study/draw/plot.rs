@@ -6,7 +6,7 @@ use crate::output::plot::{Curve, Figure, Panel};
 use crate::study::plan::Plan;
 
 /// Panels in a row.
-const ACROSS: usize = 3;
+const PANEL_COLUMNS: usize = 3;
 
 /// Curves against key `key` of a plan: one for every combination of the keys that are kept.
 pub struct KeyPlot<F> {
@@ -66,7 +66,7 @@ impl<F: Fn(usize) -> bool + Copy> KeyPlot<F> {
             names,
             guides: 0,
             marks: Vec::new(),
-            columns: panels.len().clamp(1, ACROSS),
+            columns: panels.len().clamp(1, PANEL_COLUMNS),
             panels,
         }
     }

@@ -3,7 +3,7 @@
 use crate::tally::Work;
 
 /// Wider columns (characters) are not padded: text cannot be padded to more than 65535.
-const WIDEST: usize = 200;
+const MAX_PADDED_WIDTH: usize = 200;
 
 /// For people and for Markdown.
 pub fn markdown_table(rows: &[Vec<String>]) -> String {
@@ -11,7 +11,7 @@ pub fn markdown_table(rows: &[Vec<String>]) -> String {
     let width =
         |k: usize| rows.iter().filter_map(|row| row.get(k)).map(|c| c.chars().count()).max();
     let widths: Vec<usize> =
-        (0..head.len()).map(|k| width(k).unwrap_or(0).clamp(3, WIDEST)).collect();
+        (0..head.len()).map(|k| width(k).unwrap_or(0).clamp(3, MAX_PADDED_WIDTH)).collect();
     let mut text = String::new();
     for (number, row) in rows.iter().enumerate() {
         for (cell, width) in row.iter().zip(&widths) {

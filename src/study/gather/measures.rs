@@ -142,7 +142,7 @@ fn root(parent: &mut [u32], mut k: u32) -> u32 {
 }
 
 /// Displacements below this share of the sheet's size are what relaxations and round-off leave.
-const STILL: f64 = 1e-9;
+const NEGLIGIBLE_DISPLACEMENT: f64 = 1e-9;
 
 /// Largest displacement and largest part of one along the normals at rest.
 fn displacements(model: &Model, x: &[Vec3]) -> (f64, f64) {
@@ -159,7 +159,7 @@ fn displacements(model: &Model, x: &[Vec3]) -> (f64, f64) {
     };
     let normals = vertex_normals(sheet, rest);
     let moved = || placed.iter().zip(rest).map(|(x, r)| x - r);
-    let seen = |d: f64| if d > STILL * radius { d } else { 0.0 };
+    let seen = |d: f64| if d > NEGLIGIBLE_DISPLACEMENT * radius { d } else { 0.0 };
     let along = moved().zip(&normals).map(|(d, n)| d.dot(n).abs());
     (seen(moved().map(|d| d.norm()).fold(0.0, f64::max)), seen(along.fold(0.0, f64::max)))
 }

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use crate::num::{decimal, real, whole};
 
 /// Most values of a key, and most members of a sweep.
-pub const MOST: usize = 10_000;
+pub const MAX_VALUES: usize = 10_000;
 
 /// A key with the values that it takes.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -73,8 +73,8 @@ impl Axis {
                 }
                 None => axis.values.push(item.to_owned()),
             }
-            if axis.values.len() > MOST {
-                return Err(format!("more than {MOST} values"));
+            if axis.values.len() > MAX_VALUES {
+                return Err(format!("more than {MAX_VALUES} values"));
             }
         }
         match repeated(&axis.values) {
@@ -87,7 +87,7 @@ impl Axis {
     /// Seeds 1 to `count` for all the keys `paths` at once.
     pub(crate) fn seeds(paths: Vec<String>, count: usize) -> Self {
         let values = (1..=count).map(|seed| seed.to_string()).collect();
-        Self { key: SEED.to_owned(), paths, values, ..Self::default() }
+        Self { key: SEED_KEY.to_owned(), paths, values, ..Self::default() }
     }
 
     /// Named groups of overrides, under the key `key`.
@@ -98,7 +98,7 @@ impl Axis {
 
     /// Whether its values are repetitions of one thing by other random numbers.
     pub(crate) fn is_seed(&self) -> bool {
-        self.short() == SEED
+        self.short() == SEED_KEY
     }
 
     /// Value `k` without its quotes; empty if there is none.
@@ -139,7 +139,7 @@ impl Axis {
 }
 
 /// The key of seeds.
-const SEED: &str = "seed";
+const SEED_KEY: &str = "seed";
 
 /// A value without its quotes.
 fn plain(value: &str) -> &str {
@@ -185,7 +185,7 @@ fn split(list: &str) -> Vec<&str> {
 
 /// The values of a range, and whether their ratios are equal; none for an item that is not a range.
 fn range(item: &str) -> Result<Option<(Vec<String>, bool)>, String> {
-    const FORM: &str =
+    const RANGE_SYNTAX: &str =
         "a range is FROM..TO for whole numbers, FROM..TO:COUNT or FROM..TO:COUNT:log";
     let wrong = |what: String| Err(format!("`{item}`{what}"));
     let Some((first, rest)) = item.split_once("..") else { return Ok(None) };
@@ -194,25 +194,29 @@ fn range(item: &str) -> Result<Option<(Vec<String>, bool)>, String> {
     let mut parts = rest.split(':').map(str::trim);
     let last = parts.next().unwrap_or_default();
     let Some(to) = number(last) else {
-        return wrong(format!(": {last:?} is not a number; {FORM}"));
+        return wrong(format!(": {last:?} is not a number; {RANGE_SYNTAX}"));
     };
     let whole_numbers = [first.trim(), last].iter().all(|text| text.parse::<i64>().is_ok());
     let count = match parts.next().map(|count| (count, count.parse())) {
-        None if !whole_numbers => return wrong(format!(" does not say how many values; {FORM}")),
-        None if to < from => return wrong(format!(" ends before it begins; {FORM}")),
-        None if to - from >= real(MOST) => return wrong(format!(": more than {MOST} values")),
+        None if !whole_numbers => {
+            return wrong(format!(" does not say how many values; {RANGE_SYNTAX}"));
+        }
+        None if to < from => return wrong(format!(" ends before it begins; {RANGE_SYNTAX}")),
+        None if to - from >= real(MAX_VALUES) => {
+            return wrong(format!(": more than {MAX_VALUES} values"));
+        }
         None => whole(to - from) + 1,
-        Some((_, Ok(count))) if (2..=MOST).contains(&count) => count,
+        Some((_, Ok(count))) if (2..=MAX_VALUES).contains(&count) => count,
         Some((count, _)) => {
-            let what = format!("{count:?} is not a number of values from 2 to {MOST}");
-            return wrong(format!(": {what}; {FORM}"));
+            let what = format!("{count:?} is not a number of values from 2 to {MAX_VALUES}");
+            return wrong(format!(": {what}; {RANGE_SYNTAX}"));
         }
     };
     let logarithmic = match (parts.next(), parts.next()) {
         (Some(other), _) if other != "log" => {
-            return wrong(format!(": {other:?} is not log; {FORM}"));
+            return wrong(format!(": {other:?} is not log; {RANGE_SYNTAX}"));
         }
-        (_, Some(more)) => return wrong(format!(": {more:?} is too much; {FORM}")),
+        (_, Some(more)) => return wrong(format!(": {more:?} is too much; {RANGE_SYNTAX}")),
         (log, None) => log.is_some(),
     };
     if logarithmic && !(from > 0.0 && to > 0.0) {

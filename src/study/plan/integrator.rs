@@ -98,13 +98,14 @@ fn inline(scene: &Scene) -> Result<String> {
 /// ten where it would have many zeros.
 fn short(number: f64) -> String {
     let rounded = decimal(number);
-    let number = if (rounded - number).abs() <= ROUNDED * number.abs() { rounded } else { number };
+    let number =
+        if (rounded - number).abs() <= ROUNDING_ERROR * number.abs() { rounded } else { number };
     let (plain, power) = (format!("{number:?}"), format!("{number:e}"));
     if plain.len() <= power.len() { plain } else { power }
 }
 
 /// Relative rounding error of a product of few factors.
-const ROUNDED: f64 = 1e-15;
+const ROUNDING_ERROR: f64 = 1e-15;
 
 /// Returns overrides as options for a shell.
 pub(crate) fn set_options(overrides: &[String]) -> String {

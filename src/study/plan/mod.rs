@@ -16,7 +16,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-pub use self::axis::{Axis, MOST};
+pub use self::axis::{Axis, MAX_VALUES};
 use self::keys::{check_keys, disambiguate_titles};
 pub use self::keys::{seed_axis, seed_keys};
 use super::{read_document, write_document};
@@ -99,8 +99,9 @@ impl Plan {
             return Err(Error::Refused(message.into()));
         }
         let count = axes.iter().try_fold(1usize, |n, axis| n.checked_mul(axis.values.len()));
-        if count.is_none_or(|count| count > MOST) {
-            let message = format!("more than {MOST} members; give fewer values, or several sweeps");
+        if count.is_none_or(|count| count > MAX_VALUES) {
+            let message =
+                format!("more than {MAX_VALUES} members; give fewer values, or several sweeps");
             return Err(Error::Refused(message));
         }
         check_keys(scene, set, &axes)?;

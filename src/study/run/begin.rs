@@ -174,7 +174,7 @@ impl Runs<'_> {
         let (mut written, mut took, mut broken) = (Instant::now(), Duration::ZERO, None);
         let mut happens = |text: String, ended: bool| {
             // The tables of thousands of members take a while.
-            if ended && written.elapsed() >= SELDOM * took {
+            if ended && written.elapsed() >= TABLE_INTERVAL_FACTOR * took {
                 let began = Instant::now();
                 let outcome = write_tables(plan, &gather(plan, root, false), root);
                 // The first failure to write is the one to report, when all has ended.
@@ -198,7 +198,7 @@ impl Runs<'_> {
 }
 
 /// Tables are written after so many times the time that it takes, at the earliest.
-const SELDOM: u32 = 20;
+const TABLE_INTERVAL_FACTOR: u32 = 20;
 
 /// Whether there is a sweep in `root`; refuses one that cannot be resumed.
 fn check(root: &Path, plan: &Plan, force: bool) -> Result<bool> {

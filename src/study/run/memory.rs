@@ -12,9 +12,9 @@ use crate::study::gather::{MemberStatus, status};
 use crate::study::plan::Plan;
 
 /// Growth that is expected beyond the peak of a member so far, while no other has ended.
-const ROOM: f64 = 1.5;
+const PEAK_GROWTH: f64 = 1.5;
 /// Part of the free memory that a sweep uses; the rest is for everything else on the machine.
-const USED: f64 = 0.9;
+const USED_SHARE: f64 = 0.9;
 
 /// Bytes that a sweep may use on this machine: most of what is free now, and no more than a control
 /// group leaves; none where the system does not say.
@@ -24,7 +24,7 @@ pub fn available() -> Option<u64> {
     let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
     let kibibytes: u64 = line.split_whitespace().next()?.parse().ok()?;
     let free = left_by_group().map_or(1024 * kibibytes, |group| group.min(1024 * kibibytes));
-    Some(share(free, USED))
+    Some(share(free, USED_SHARE))
 }
 
 /// Memory that the control group of this process has left, where it has a limit.
@@ -104,7 +104,7 @@ impl Needs {
             let near = list.iter().filter(|(known, _)| known.abs_diff(size) == distance);
             near.map(scaled).max()
         };
-        let guess = || nearest(&self.running).map(|peak| share(peak, ROOM));
+        let guess = || nearest(&self.running).map(|peak| share(peak, PEAK_GROWTH));
         nearest(&self.ended).or_else(guess)
     }
 }

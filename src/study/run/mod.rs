@@ -90,7 +90,7 @@ impl<'a> Record<'a> {
 }
 
 /// Longest time that a member waits for another process that writes to its directory.
-const PATIENCE: Duration = Duration::from_secs(20);
+const MAX_CLAIM_WAIT: Duration = Duration::from_secs(20);
 
 /// Runs member `number` of the study in `root`; `record` writes its provenance. One that is complete is not
 /// run; one that was interrupted or killed is resumed from its checkpoint. Any other results are replaced.
@@ -180,15 +180,15 @@ fn continued(plan: &Plan, path: &Path, search: &Search) -> Option<(ResultDirecto
 /// and may even be complete then.
 fn wait_for_others(path: &Path, interrupt: Interrupt) {
     let since = Instant::now();
-    while Claim::in_use(path) && since.elapsed() < PATIENCE && !interrupt.requested() {
+    while Claim::in_use(path) && since.elapsed() < MAX_CLAIM_WAIT && !interrupt.requested() {
         thread::sleep(Duration::from_millis(50));
     }
 }
 
 /// A run that has used this share of its time limit …
-const SOON: f64 = 0.2;
+const EARLY_TIME_SHARE: f64 = 0.2;
 /// … and not gone this share of its way is given up.
-const LITTLE: f64 = 0.01;
+const MIN_PROGRESS_SHARE: f64 = 0.01;
 
 /// Ends a run that takes too long.
 #[derive(Default)]
@@ -208,9 +208,11 @@ impl TimeLimit {
             let watched = Arc::clone(&watch);
             thread::spawn(move || {
                 let all = Duration::from_secs(limit);
-                thread::sleep(all.mul_f64(SOON));
-                if f64::from_bits(watched.reached.load(Ordering::SeqCst)) > LITTLE * until {
-                    thread::sleep(all.mul_f64(1.0 - SOON));
+                thread::sleep(all.mul_f64(EARLY_TIME_SHARE));
+                if f64::from_bits(watched.reached.load(Ordering::SeqCst))
+                    > MIN_PROGRESS_SHARE * until
+                {
+                    thread::sleep(all.mul_f64(1.0 - EARLY_TIME_SHARE));
                 } else {
                     watched.early.store(true, Ordering::SeqCst);
                 }
@@ -227,18 +229,22 @@ impl TimeLimit {
         let time = Short(time);
         let why = match self.early.load(Ordering::SeqCst) {
             false => String::new(),
-            true => format!("less than {} % of its way in {} % of ", 100.0 * LITTLE, 100.0 * SOON),
+            true => format!(
+                "less than {} % of its way in {} % of ",
+                100.0 * MIN_PROGRESS_SHARE,
+                100.0 * EARLY_TIME_SHARE
+            ),
         };
-        Some(Error::Incomplete(format!("given up at t = {time}: {why}{LIMIT}{limit} s")))
+        Some(Error::Incomplete(format!("given up at t = {time}: {why}{LIMIT_MESSAGE}{limit} s")))
     }
 }
 
 /// Part of the message of a run that exceeded its time limit.
-const LIMIT: &str = "the time limit of ";
+const LIMIT_MESSAGE: &str = "the time limit of ";
 
 /// The time limit, s, that a member which failed with `reason` was given up for, if that is why.
 pub(crate) fn limit_of(reason: &str) -> Option<u64> {
-    let (_, limit) = reason.split_once(LIMIT)?;
+    let (_, limit) = reason.split_once(LIMIT_MESSAGE)?;
     limit.split_once(' ')?.0.parse().ok()
 }
 

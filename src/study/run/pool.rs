@@ -59,11 +59,11 @@ struct Progress {
 }
 
 /// Interval between two checks of the children.
-const PAUSE: Duration = Duration::from_millis(20);
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 /// Interval between two reports of the times that members have reached.
-const REPORT: Duration = Duration::from_secs(30);
+const REPORT_INTERVAL: Duration = Duration::from_secs(30);
 /// A member that has relaxed its start has built most of its tables after so long.
-const SETTLED: Duration = Duration::from_millis(500);
+const START_UP_TIME: Duration = Duration::from_millis(500);
 
 impl Pool<'_> {
     /// Runs `members`.
@@ -78,7 +78,7 @@ impl Pool<'_> {
         let mut reported = Instant::now();
         loop {
             self.reap(&mut progress);
-            if reported.elapsed() > REPORT {
+            if reported.elapsed() > REPORT_INTERVAL {
                 reported = Instant::now();
                 self.report(&progress);
             }
@@ -101,7 +101,7 @@ impl Pool<'_> {
             if progress.running.is_empty() && done {
                 return Ok(());
             }
-            thread::sleep(PAUSE);
+            thread::sleep(POLL_INTERVAL);
         }
     }
 
@@ -133,7 +133,7 @@ impl Pool<'_> {
         for mut one in std::mem::take(&mut progress.running) {
             if matches!(one.child.try_wait(), Ok(None)) {
                 one.peak = one.peak.max(peak_resident(Some(one.child.id())).unwrap_or(0));
-                one.relaxed |= one.since.elapsed() > SETTLED && self.has_rows(one.member);
+                one.relaxed |= one.since.elapsed() > START_UP_TIME && self.has_rows(one.member);
                 progress.running.push(one);
             } else {
                 // One that cannot be waited for any more has ended.

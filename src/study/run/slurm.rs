@@ -12,7 +12,7 @@ use crate::study::plan::Plan;
 pub const SCRIPT: &str = "sweep.sbatch";
 /// Name of the folder of what the tasks print, and of the number of the job.
 pub const LOGS: &str = "slurm";
-const JOB: &str = "job";
+const JOB_FILE: &str = "job";
 /// Seconds between SIGTERM to a member and the end of its time limit.
 pub(super) const SIGNAL_LEAD: u32 = 60;
 
@@ -89,7 +89,7 @@ impl Array<'_> {
     /// If sbatch is not there, or refuses.
     pub fn submit(&self, path: &Path) -> Result<String> {
         let job = submit(path)?;
-        atomic::replace(&self.root.join(LOGS).join(JOB), |writer| writeln!(writer, "{job}"))?;
+        atomic::replace(&self.root.join(LOGS).join(JOB_FILE), |writer| writeln!(writer, "{job}"))?;
         Ok(job)
     }
 }
@@ -143,7 +143,7 @@ pub(super) fn options(given: &[String]) -> Result<Vec<String>> {
 
 /// The job that was submitted for the sweep in `root`, if tasks of it wait or run.
 pub(crate) fn active_job(root: &Path) -> Option<String> {
-    let job = std::fs::read_to_string(root.join(LOGS).join(JOB)).ok()?.trim().to_owned();
+    let job = std::fs::read_to_string(root.join(LOGS).join(JOB_FILE)).ok()?.trim().to_owned();
     let number = !job.is_empty() && job.bytes().all(|b| b.is_ascii_digit());
     // A job that is long gone is an error of squeue.
     let out = Command::new("squeue").args(["-h", "-o", "%T", "-j", &job]).output().ok()?;

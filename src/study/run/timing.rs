@@ -22,7 +22,7 @@ pub struct Timing {
 }
 
 /// Steps that take longer than this are made once, s.
-const LONG: f64 = 3.0;
+const LONG_STEP: f64 = 3.0;
 
 impl Timing {
     /// Returns the times of the run of `scene` with `summary`, and of `repeats` - 1 more where that was short.
@@ -33,7 +33,7 @@ impl Timing {
         let Summary { spent, start, .. } = *summary;
         let first = (spent - start).cpu_seconds;
         let mut timing = Self { start: start.cpu_seconds, steps: vec![first] };
-        if first < LONG {
+        if first < LONG_STEP {
             for _ in 1..repeats {
                 timing.steps.push(again(scene, search, summary.time)?);
             }

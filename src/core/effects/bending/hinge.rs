@@ -53,7 +53,7 @@
 //! Phys. Rev. A 38 (1988) 1005, doi:10.1103/PhysRevA.38.1005; ∫ 2H dA of a polyhedron after Steiner, e.g.
 //! Cohen-Steiner & Morvan, doi:10.1145/777792.777839. Not covered: spontaneous curvature with a direction.
 
-use super::remodelling::FLOWED;
+use super::remodelling::REMODELLING_NAME;
 use super::rest::{Curved, Flat, RestAngle, RestShape};
 use crate::Vec3;
 use crate::effects::element::{self, Element, Mesh};
@@ -136,7 +136,7 @@ impl Wing {
 
 impl Hinge<Flat> {
     /// Corners of the hinge that belong to the two wings.
-    const WINGS: [[usize; 3]; 2] = [[0, 1, 2], [1, 0, 3]];
+    const WING_CORNERS: [[usize; 3]; 2] = [[0, 1, 2], [1, 0, 3]];
 
     /// Both wings and ψ.
     fn state(x: &[Vec3; 4]) -> ([Wing; 2], f64) {
@@ -144,7 +144,7 @@ impl Hinge<Flat> {
         let length = edge.norm();
         let along = (1.0 / length) * edge;
         let wing = |[a, b, c]: [usize; 3], along| Wing::new([x[a], x[b], x[c]], along, length);
-        let wings = [wing(Self::WINGS[0], along), wing(Self::WINGS[1], -along)];
+        let wings = [wing(Self::WING_CORNERS[0], along), wing(Self::WING_CORNERS[1], -along)];
         let (first, second) = (&wings[0].normal, &wings[1].normal);
         let sine = -wings[0].length * first.dot(&(x[3] - x[0]));
         let cosine = first.dot(second);
@@ -155,7 +155,7 @@ impl Hinge<Flat> {
 
     fn angle_gradient(wings: &[Wing; 2]) -> [Vec3; 4] {
         let mut gradient = [Vec3::zeros(); 4];
-        for (wing, places) in wings.iter().zip(Self::WINGS) {
+        for (wing, places) in wings.iter().zip(Self::WING_CORNERS) {
             for (place, g) in places.into_iter().zip(wing.gradient()) {
                 gradient[place] += g;
             }
@@ -217,14 +217,14 @@ impl<R: RestAngle> Element<4> for Hinge<R> {
         let off = self.rest.deviation(psi);
         let c = 1.0 + 0.25 * psi * psi;
         let mut bent = 0.5 * off * psi;
-        if R::CURVED && part == HessianPart::Positive {
+        if R::MAY_BE_CURVED && part == HessianPart::Positive {
             bent = bent.max(0.0);
         }
         let tangent = self.stiffness * c * (c + bent);
         let mut blocks = Hinge::by_angle(&wings, tangent);
         if part == HessianPart::Full {
             let moment = self.stiffness * off * c;
-            for (wing, places) in wings.iter().zip(Hinge::WINGS) {
+            for (wing, places) in wings.iter().zip(Hinge::WING_CORNERS) {
                 let inner = wing.hessian();
                 for (j, row) in places.into_iter().zip(&inner) {
                     for (k, block) in places.into_iter().zip(row) {
@@ -320,7 +320,7 @@ impl<R: RestAngle> Energy for HingeBending<R> {
         let (sheet, metric) = (conditions.sheet, conditions.metric);
         let (length, area) = (metric.length(), metric.weight_area());
         let Self { edge, rigidity, rest, corners, .. } = self;
-        let flowed = conditions.internal(FLOWED).filter(|_| R::flows(rest));
+        let flowed = conditions.internal(REMODELLING_NAME).filter(|_| R::flows(rest));
         let changing = R::changing(rest).and_then(|changing| changing.at(conditions));
         work.changing.resize(changing.as_ref().map_or(0, |_| edge.len()), 0.0);
         if let Some(at) = &changing {
@@ -376,8 +376,8 @@ impl<R: RestAngle> Energy for HingeBending<R> {
             // … but for -B C₀ l̄ ψ, which knows no areas.
             let curvature =
                 R::spontaneous(&self.rest, h) + work.changing.get(h).copied().unwrap_or(0.0);
-            let bent =
-                R::CURVED.then(|| self.by_spontaneous(h, curvature, &corners.map(|v| shape.x[v])));
+            let bent = R::MAY_BE_CURVED
+                .then(|| self.by_spontaneous(h, curvature, &corners.map(|v| shape.x[v])));
             if let Some(bent) = &bent {
                 by(e, 1.0, bent);
             }

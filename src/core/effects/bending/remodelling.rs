@@ -20,9 +20,9 @@ use crate::kinetics::Location;
 use crate::parallel;
 
 /// What rest angles have flowed by is called.
-pub(super) const FLOWED: &str = "angle_remodelling";
+pub(super) const REMODELLING_NAME: &str = "angle_remodelling";
 /// A change of an angle that matters, radians: absolute tolerances are in units of it.
-const ANGLE: f64 = 1e-2;
+const TYPICAL_ANGLE_CHANGE: f64 = 1e-2;
 
 /// Flow of the rest angles of all hinges; one number per edge, 0 at the boundary.
 #[derive(Debug)]
@@ -51,7 +51,7 @@ impl AngleRemodelling {
 
 impl Internal for AngleRemodelling {
     fn name(&self) -> &'static str {
-        FLOWED
+        REMODELLING_NAME
     }
 
     fn place(&self) -> Location {
@@ -63,7 +63,7 @@ impl Internal for AngleRemodelling {
     }
 
     fn typical(&self) -> f64 {
-        ANGLE
+        TYPICAL_ANGLE_CHANGE
     }
 
     fn rates(&self, shape: &Shape<'_>, values: &[f64], out: &mut [f64]) {

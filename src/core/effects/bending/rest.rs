@@ -187,8 +187,9 @@ fn from_file(file: &Path, context: &EffectContext<'_>) -> Result<Vec<Vec3>, Effe
 /// Refuses rest shapes in which a triangle has no area or two lie on one another.
 fn check(sheet: &Sheet, x: &[Vec3], rest: &Rest) -> Result<(), EffectError> {
     let what = if *rest == Rest::Mesh { "the mesh" } else { "that state" };
-    let bad = hinge::hinges(sheet)
-        .find(|(_, corners)| !(hinge::angle(&corners.map(|v| x[v as usize])).abs() < SHARPEST));
+    let bad = hinge::hinges(sheet).find(|(_, corners)| {
+        !(hinge::angle(&corners.map(|v| x[v as usize])).abs() < CLOSED_FOLD_PSI)
+    });
     let Some((_, [a, b, ..])) = bad else { return Ok(()) };
     let message = format!(
         "{what} cannot be a rest shape: at the edge between vertices {a} and {b} it is folded onto itself, or a \
@@ -198,12 +199,12 @@ fn check(sheet: &Sheet, x: &[Vec3], rest: &Rest) -> Result<(), EffectError> {
 }
 
 /// ψ beyond which a fold counts as closed: 179.4 degrees. Its stiffness grows with ψ⁴.
-const SHARPEST: f64 = 400.0;
+const CLOSED_FOLD_PSI: f64 = 400.0;
 
 /// The rest angle of one hinge.
 pub trait RestAngle: std::fmt::Debug + Copy + Default + Send + Sync + 'static {
     /// Whether it can be another than 0.
-    const CURVED: bool;
+    const MAY_BE_CURVED: bool;
     /// What the hinges of a sheet keep for it.
     type Of: std::fmt::Debug + Send + Sync;
 
@@ -229,7 +230,7 @@ pub trait RestAngle: std::fmt::Debug + Copy + Default + Send + Sync + 'static {
 pub struct Flat;
 
 impl RestAngle for Flat {
-    const CURVED: bool = false;
+    const MAY_BE_CURVED: bool = false;
     type Of = ();
 
     fn at((): &(), _: usize, _: f64, _: f64, _: f64) -> Self {
@@ -270,7 +271,7 @@ pub struct RestAngles {
 }
 
 impl RestAngle for Curved {
-    const CURVED: bool = true;
+    const MAY_BE_CURVED: bool = true;
     type Of = RestAngles;
 
     fn at(of: &RestAngles, h: usize, length: f64, areas: f64, flowed: f64) -> Self {

@@ -20,7 +20,7 @@ use std::path::Path;
 use super::barrier::Barrier;
 use super::law::Law;
 use super::touching::{self, Contact, Weights};
-use super::{EDGES, TOUCH, halves, sums};
+use super::{EDGE_REACH_RATIO, TOUCHING_DISTANCE, halves, sums};
 use crate::Vec3;
 use crate::effects::{
     BlockMatrix, Coupling, EffectContext, EffectError, Energy, Factor, HessianPart, Touching,
@@ -31,7 +31,7 @@ use crate::num::index;
 use crate::sheet::Sheet;
 
 /// At rest sheet and mesh are this many reaches apart, so that the reach is the same everywhere.
-const APART: f64 = 4.0;
+const REST_SEPARATION: f64 = 4.0;
 
 /// A mesh as an obstacle for one sheet.
 #[derive(Debug)]
@@ -92,7 +92,7 @@ impl MeshBody {
 
     fn range(&self) -> Range {
         let reach = self.barrier.reach;
-        Range { points: reach, edges: EDGES * reach, shrinkage: 1.0 }
+        Range { points: reach, edges: EDGE_REACH_RATIO * reach, shrinkage: 1.0 }
     }
 
     /// What finds pairs, and the positions of both at `shape`.
@@ -126,7 +126,7 @@ impl MeshBody {
 
     /// Why a start that touches the mesh is refused: the first pair that does.
     fn touch_refusal(&self, shape: &Shape<'_>, work: &mut MeshWork) -> Option<String> {
-        let least = TOUCH * shape.metric.mean_edge();
+        let least = TOUCHING_DISTANCE * shape.metric.mean_edge();
         let sheet = index(shape.x.len());
         let (proximity, x) = self.placed(shape, work);
         let (points, edges) = proximity.near(&self.both, x, &self.range());
@@ -154,7 +154,7 @@ fn side_by_side(sheet: &Sheet, mesh: &Sheet, reach: f64) -> Result<Sheet, String
         (x.iter().fold(x[0], |all, x| all.inf(x)), largest)
     };
     let ((_, end), (begin, _)) = (bounds(sheet.rest()), bounds(mesh.rest()));
-    let shift = Vec3::new(end.x - begin.x + APART * reach, 0.0, 0.0);
+    let shift = Vec3::new(end.x - begin.x + REST_SEPARATION * reach, 0.0, 0.0);
     let rest = sheet.rest().iter().copied().chain(mesh.rest().iter().map(|x| x + shift));
     let others = mesh.triangles().iter().map(|t| t.map(|v| v + count));
     let triangles = sheet.triangles().iter().copied().chain(others);

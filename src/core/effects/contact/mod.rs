@@ -55,14 +55,14 @@ use touching::{Contact, Weights};
 
 /// The stiffness κ in units of Young's modulus, unless a scene says otherwise. Surfaces that push on one another with
 /// a hundredth of it are 0.94 of the reach apart.
-const STIFFNESS: f64 = 0.1;
+const DEFAULT_STIFFNESS: f64 = 0.1;
 /// The reach of edges in units of that of vertices: apart from where edges cross, surfaces at pressures up to κ are
 /// further apart.
-const EDGES: f64 = 0.5;
+const EDGE_REACH_RATIO: f64 = 0.5;
 
 /// A start touches itself where features are nearer than this, in mean edges: apart by no more than the round-off of a
 /// mesh file.
-const TOUCH: f64 = 1e-9;
+const TOUCHING_DISTANCE: f64 = 1e-9;
 
 /// Parameters of self-contact in a scene.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -127,7 +127,7 @@ fn barrier_of(
         message: format!("without the table [material] contact needs `{key}`"),
         help: None,
     };
-    let young = material.map(|m| STIFFNESS * m.young);
+    let young = material.map(|m| DEFAULT_STIFFNESS * m.young);
     Ok(Barrier {
         reach: distance.map(Positive::get).or(usual).ok_or_else(|| missing("distance"))?,
         stiffness: stiffness.map(Positive::get).or(young).ok_or_else(|| missing("stiffness"))?,
@@ -207,7 +207,7 @@ impl Contacts {
 
     fn range(&self, work: &mut ContactWork, shape: &Shape<'_>) -> Range {
         let shrinkage = *work.shrinkage.get_or_insert_with(|| shrinkage(shape.metric));
-        let (points, edges) = (self.law.reach(), EDGES * self.law.reach());
+        let (points, edges) = (self.law.reach(), EDGE_REACH_RATIO * self.law.reach());
         match self.law {
             Law::Barrier(_) => Range { points, edges, shrinkage },
             Law::Well(_) => Range { points, edges: 0.0, shrinkage },
@@ -328,7 +328,7 @@ impl Energy for Contacts {
             };
             return Some(format!("{pairs} pairs of its triangles cross, {place}{how}"));
         }
-        let least = TOUCH * shape.metric.mean_edge();
+        let least = TOUCHING_DISTANCE * shape.metric.mean_edge();
         let (points, edges) = proximity.near(shape.sheet, shape.x, &range);
         let mut pairs = points.iter().chain(edges);
         let touch = pairs.find(|p| !(p.kind.distance(&at(shape.x, &p.corners)) > least))?;

@@ -10,7 +10,7 @@ use crate::Vec3;
 use crate::effects::Block;
 
 /// ε in units of the squared lengths at rest.
-const PARALLEL: f64 = 1e-3;
+const PARALLEL_THRESHOLD: f64 = 1e-3;
 
 /// m for two edges x₀ x₁ and x₂ x₃.
 #[derive(Debug, Clone, Copy)]
@@ -28,7 +28,7 @@ impl Mollifier {
     pub(super) fn new(x: &[Vec3; 4], rest: &[Vec3; 4]) -> Self {
         let of = |x: &[Vec3; 4]| [x[1] - x[0], x[3] - x[2]];
         let ([u, v], [at_rest_u, at_rest_v]) = (of(x), of(rest));
-        let bound = PARALLEL * at_rest_u.norm_squared() * at_rest_v.norm_squared();
+        let bound = PARALLEL_THRESHOLD * at_rest_u.norm_squared() * at_rest_v.norm_squared();
         let share = u.cross(&v).norm_squared() / bound;
         let (value, slopes) = if share < 1.0 {
             let slopes = [2.0 * (1.0 - share) / bound, -2.0 / (bound * bound)];

@@ -41,7 +41,7 @@ use crate::parallel;
 use crate::sheet::Sheet;
 
 /// The share of the reach below which the barrier is a parabola.
-const PARABOLA: f64 = 0.1;
+const PARABOLA_SHARE: f64 = 0.1;
 
 /// Parameters of an obstacle in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -284,7 +284,7 @@ impl Body {
     fn energies(&self, i: usize, s: f64) -> [f64; 3] {
         let law = &self.law;
         let d = match law {
-            Law::Barrier(barrier) => s.max(PARABOLA * barrier.reach),
+            Law::Barrier(barrier) => s.max(PARABOLA_SHARE * barrier.reach),
             Law::Well(_) => s,
         };
         let (energy, slope, curvature) = (law.energy(d), law.slope(d), law.curvature(d));

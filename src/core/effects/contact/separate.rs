@@ -22,11 +22,11 @@ use crate::num::real;
 use crate::sheet::Sheet;
 
 /// Every gap is to exceed this share of the reach of its pair.
-const SHARE: f64 = 0.25;
+const MIN_GAP_SHARE: f64 = 0.25;
 /// Pairs are moved apart by so much more than asked for, which rounds then reach.
-const MORE: f64 = 1.1;
+const OVERSHOOT: f64 = 1.1;
 /// Rounds after which it is given up: each moves vertices most of their way.
-const ROUNDS: usize = 500;
+const MAX_ROUNDS: usize = 500;
 
 /// A start on its way.
 pub(super) struct Start<'a> {
@@ -52,7 +52,7 @@ impl Start<'_> {
         let Self { sheet, x: start, pins, range, proximity } = self;
         let (mut x, mut crossings) = (start.to_vec(), Crossings::new(sheet));
         let mut pairs = None;
-        for _ in 0..ROUNDS {
+        for _ in 0..MAX_ROUNDS {
             let mut moves = Moves { pins, all: vec![(Vec3::zeros(), 0); x.len()], pairs: 0 };
             let crossing = crossings.all(sheet, &x);
             moves.uncross((sheet, &x), &crossing, &range);
@@ -101,7 +101,7 @@ impl Moves<'_> {
             let [depth, height] = [wrong, right].map(|v| normal.dot(&(x[v as usize] - a)));
             let four = [wrong, corners[0], corners[1], corners[2]];
             let at_rest = point_triangle(&at(sheet.rest(), &four)).0.distance();
-            let gap = SHARE * MORE * range.at(Kind::PointTriangle, at_rest);
+            let gap = MIN_GAP_SHARE * OVERSHOOT * range.at(Kind::PointTriangle, at_rest);
             let [p, q, r] = weights;
             let side = height.signum();
             self.push(&four, &[1.0, -p, -q, -r], gap - side * depth, side * normal);
@@ -116,10 +116,10 @@ impl Moves<'_> {
             Kind::EdgeEdge => edge_edge(&place),
         };
         let d = nearest.distance();
-        if d < SHARE * pair.reach
+        if d < MIN_GAP_SHARE * pair.reach
             && let Some(normal) = nearest.connection().try_normalize(0.0)
         {
-            let gap = SHARE * MORE * pair.reach;
+            let gap = MIN_GAP_SHARE * OVERSHOOT * pair.reach;
             self.push(&pair.corners, nearest.weights(), gap - d, normal);
         }
     }

@@ -32,7 +32,7 @@
 //!
 //! **Optimal lengths that make no triangle** (or a very flat one) are replaced by the nearest that
 //! do: seen as a tensor C relative to the rest triangle (`e⁰_kᵀ C e⁰_k = l̄_k²`), the smaller
-//! principal value is raised to [`LEAST_RATIO`] times the larger. So nothing is refused or
+//! principal value is raised to [`MIN_RATIO`] times the larger. So nothing is refused or
 //! divided by zero where Φ jumps, and U stays continuous in Φ; such a triangle is never free of
 //! stress, which is true of three lengths that do not fit.
 //!
@@ -57,7 +57,7 @@ use crate::parallel;
 /// triangle is at most four times flatter than it. Jumps of Φ up to 1.5 within one triangle need
 /// about 1/5; a smaller bound buys nothing and makes the stiffness of such a triangle explode, as
 /// it grows with the inverse square.
-pub const LEAST_RATIO: f64 = 1.0 / 16.0;
+pub const MIN_RATIO: f64 = 1.0 / 16.0;
 
 /// One constant-strain triangle: its optimal lengths and its quadratic form.
 #[derive(Debug, Clone, Copy)]
@@ -173,12 +173,12 @@ fn sixteen_area_squared(square: &Vector3<f64>) -> f64 {
     2.0 * (a * b + b * c + c * a) - (a * a + b * b + c * c)
 }
 
-/// Squared lengths that make a triangle at most [`LEAST_RATIO`] flatter than the rest one, nearest
+/// Squared lengths that make a triangle at most [`MIN_RATIO`] flatter than the rest one, nearest
 /// to `square`.
 fn possible(square: Vector3<f64>, rest: [f64; 3]) -> Vector3<f64> {
     let rest = Vector3::from(rest);
     let Principal { large, small, .. } = Principal::new(&square, &rest);
-    let least = LEAST_RATIO * large;
+    let least = MIN_RATIO * large;
     if small >= least {
         return square;
     }
@@ -191,12 +191,12 @@ fn possible(square: Vector3<f64>, rest: [f64; 3]) -> Vector3<f64> {
 fn possible_slopes(square: &Vector3<f64>, rest: [f64; 3]) -> Matrix3<f64> {
     let rest = Vector3::from(rest);
     let Principal { large, small, by_large, by_small } = Principal::new(square, &rest);
-    if small >= LEAST_RATIO * large {
+    if small >= MIN_RATIO * large {
         return Matrix3::identity();
     }
-    let (rise, gap) = (LEAST_RATIO * large - small, small - large);
+    let (rise, gap) = (MIN_RATIO * large - small, small - large);
     let share = rise / gap;
-    let by_rise = LEAST_RATIO * by_large - by_small;
+    let by_rise = MIN_RATIO * by_large - by_small;
     let by_share = by_rise / gap - (share / gap) * (by_small - by_large);
     (1.0 + share) * Matrix3::identity() + square * by_share.transpose()
         - rest * (large * by_share + share * by_large).transpose()

@@ -35,7 +35,7 @@ use crate::model::{
 use middle::{factor_slopes, middle_by_unknowns, residual_by_middle};
 
 /// Vertices, or points of the chemistry, whose entries one thread names at a time.
-const PART: usize = 2048;
+const CHUNK_POINTS: usize = 2048;
 
 /// The Jacobian with everything that it is assembled from.
 #[derive(Default)]
@@ -237,7 +237,7 @@ impl Jacobian {
 
 /// Numbers below `n` in parts of the same length.
 fn in_parts(n: usize) -> impl Iterator<Item = Range<usize>> {
-    (0..n).step_by(PART).map(move |first| first..(first + PART).min(n))
+    (0..n).step_by(CHUNK_POINTS).map(move |first| first..(first + CHUNK_POINTS).min(n))
 }
 
 /// `-H` at these vertices.

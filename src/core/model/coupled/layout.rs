@@ -9,12 +9,12 @@ use crate::Vec3;
 use crate::num::index;
 
 /// Stands for a direction that is fixed.
-const FIXED: u32 = u32::MAX;
+const NO_UNKNOWN: u32 = u32::MAX;
 
 /// Places of displacements and species among the unknowns.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
-    /// For every vertex and axis its place, or [`FIXED`]; of no vertex where none is an unknown.
+    /// For every vertex and axis its place, or [`NO_UNKNOWN`]; of no vertex where none is an unknown.
     place: Vec<[u32; 3]>,
     mechanical: usize,
     points: usize,
@@ -40,7 +40,7 @@ impl Layout {
         let mut mechanical = 0;
         let mut number = |fixed: bool| {
             if fixed {
-                return FIXED;
+                return NO_UNKNOWN;
             }
             mechanical += 1;
             index(mechanical - 1)
@@ -88,7 +88,7 @@ impl Layout {
     #[must_use]
     pub fn displacement(&self, vertex: usize, axis: usize) -> Option<usize> {
         let place = self.place.get(vertex)?[axis];
-        (place != FIXED).then_some(place as usize)
+        (place != NO_UNKNOWN).then_some(place as usize)
     }
 
     /// Places of the displacements of every vertex; of none where no displacement is an unknown.
@@ -105,7 +105,7 @@ impl Layout {
     pub(super) fn pack(&self, rest: &[Vec3], state: &State, y: &mut [f64]) {
         for (i, place) in self.place.iter().enumerate() {
             for axis in 0..3 {
-                if place[axis] != FIXED {
+                if place[axis] != NO_UNKNOWN {
                     y[place[axis] as usize] = state.x[i][axis] - rest[i][axis];
                 }
             }
@@ -116,7 +116,7 @@ impl Layout {
     pub(super) fn pack_forces(&self, gradient: &[Vec3], out: &mut [f64]) {
         for (g, place) in gradient.iter().zip(&self.place) {
             for axis in 0..3 {
-                if place[axis] != FIXED {
+                if place[axis] != NO_UNKNOWN {
                     out[place[axis] as usize] = -g[axis];
                 }
             }
@@ -144,7 +144,7 @@ impl Layout {
             let x = &mut *state.x;
             for (i, place) in self.place.iter().enumerate() {
                 for axis in 0..3 {
-                    if place[axis] != FIXED {
+                    if place[axis] != NO_UNKNOWN {
                         x[i][axis] = rest[i][axis] + y[place[axis] as usize];
                     }
                 }

@@ -24,7 +24,7 @@ use crate::tally::Tally;
 use jacobian::{Inputs, Jacobian};
 
 /// Species are far out of their range by this share of their size and typical magnitude.
-const FAR: f64 = 0.1;
+const OUT_OF_RANGE_SHARE: f64 = 0.1;
 
 /// What of the model moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -214,7 +214,8 @@ impl Coupled {
     #[must_use]
     pub fn blamed(&self, error: ModelError) -> ModelError {
         let (mut species, time) = (self.state.species.clone(), self.state.time);
-        match self.model.keep_in_range(&mut species, time, (FAR, FAR)) {
+        match self.model.keep_in_range(&mut species, time, (OUT_OF_RANGE_SHARE, OUT_OF_RANGE_SHARE))
+        {
             Err(range) if error.is_recoverable() => range,
             _ => error,
         }

@@ -20,14 +20,14 @@ use crate::parallel;
 use crate::reduction::Reduction;
 
 /// The displacement, in mean edges: short, so that what is hindered in higher order alone counts as free, as in H.
-const DISPLACEMENT: f64 = 1e-3;
+const PROBE_DISPLACEMENT: f64 = 1e-3;
 /// A change of force per vertex below this share of the force scale is round-off.
 const ROUND_OFF: f64 = 1e-12;
 /// A force along a motion acts if, shared by all vertices, it exceeds this share of the tolerance: it would then keep a
 /// relaxation from its end.
-const ACTS: f64 = 0.1;
+const ACTING_FORCE_SHARE: f64 = 0.1;
 /// The displacement, in mean edges, by which a sheet that floats must be able to go without one of its pins.
-const FAR: f64 = 0.1;
+const FLOATING_DISPLACEMENT: f64 = 0.1;
 
 /// The rigid motions of `x` that neither pins nor forces hinder, orthonormal; the gradient of the energy there is `gradient`
 /// and counts as 0 below `tolerance`.
@@ -39,7 +39,7 @@ pub(crate) fn unhindered(
 ) -> Vec<Motion> {
     let (motions, radius) = undriven(potential, x, gradient, tolerance);
     let reduction = potential.reduction().clone();
-    let displacement = DISPLACEMENT * potential.metric().mean_edge();
+    let displacement = PROBE_DISPLACEMENT * potential.metric().mean_edge();
     let limit = ROUND_OFF * potential.force_scale() * reduction.count(x.len()).sqrt();
     let before = forces_along(&motions, radius, (x, gradient), &reduction);
     // None where an obstacle is in the way.
@@ -89,7 +89,7 @@ pub(crate) fn floats(potential: &mut Potential, x: &[Vec3], tolerance: f64) -> b
         return false;
     }
     let mut along: Vector6<f64> = motions.iter().map(|motion| motion.parameters).sum();
-    along *= FAR * potential.metric().mean_edge() / along.norm();
+    along *= FLOATING_DISPLACEMENT * potential.metric().mean_edge() / along.norm();
     let mut moved = x.to_vec();
     move_rigidly(&mut moved, &along, radius, &reduction);
     // Pins that let a motion begin may hinder it further on.
@@ -115,7 +115,7 @@ pub(crate) fn undriven(
 ) -> (Vec<Motion>, f64) {
     let reduction = potential.reduction();
     let (mut motions, radius) = free_motions(x, potential.pins(), reduction, |_| 1.0);
-    let limit = ACTS * tolerance * potential.force_scale();
+    let limit = ACTING_FORCE_SHARE * tolerance * potential.force_scale();
     let along = DVector::from_fn(motions.len(), |k, _| reduction.dot(&motions[k].shape, gradient));
     let size = along.norm();
     // The largest velocity is some 1/√n.

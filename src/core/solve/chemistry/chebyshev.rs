@@ -25,20 +25,20 @@ use crate::tally::Work;
 /// Damping of the stability polynomial; keeps a strip around the negative axis stable.
 const DAMPING: f64 = 2.0 / 13.0;
 /// Most stages; rounding errors grow with their square.
-const MOST_STAGES: f64 = 250.0;
+const MAX_STAGES: f64 = 250.0;
 /// Steps are proposed a little shorter than the estimate allows.
 const SAFETY: f64 = 0.8;
 /// Steps after which an interval counts as hopeless.
-const MOST_STEPS: usize = 100_000;
+const MAX_STEPS: usize = 100_000;
 /// Steps of an interval from which on rejections are inspected, and the share of them at which rates are taken
 /// to jump without end: one for so many accepted. A law that switches sides all the time needs some ten
 /// thousand steps in `models/hard/cases.toml`, with as many rejections, and continues.
-const MANY: u64 = 30_000;
-const CHATTERS: u64 = 2;
+const REJECTION_CHECK_STEPS: u64 = 30_000;
+const CHATTER_RATIO: u64 = 2;
 /// A step below this share of the interval gives up.
 const SHORTEST_STEP: f64 = 1e-12;
 /// The spectral bound is raised by this factor against its change within a step.
-const MARGIN: f64 = 1.1;
+const SPECTRAL_MARGIN: f64 = 1.1;
 
 /// Tolerances of one integration.
 #[derive(Debug, Clone, Copy)]
@@ -105,18 +105,19 @@ impl Chebyshev {
             return Err(SolveError::SpectralBound { time: from });
         }
         let shortest = shortest_step(from, until);
-        let bound = MARGIN * bound;
-        let longest =
-            if bound > 0.0 { stable_interval(MOST_STAGES) / bound } else { f64::INFINITY };
+        let bound = SPECTRAL_MARGIN * bound;
+        let longest = if bound > 0.0 { stable_interval(MAX_STAGES) / bound } else { f64::INFINITY };
         let mut t = from;
         let mut step = until - from;
         rate(t, y, &mut self.f0)?;
         self.work.right_hand_sides += 1;
         let before = self.work;
         let mut refused = None;
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MAX_STEPS {
             let done = self.work - before;
-            if done.substeps >= MANY && done.rejected_substeps >= done.substeps / CHATTERS {
+            if done.substeps >= REJECTION_CHECK_STEPS
+                && done.rejected_substeps >= done.substeps / CHATTER_RATIO
+            {
                 return Err(inadmissible(t, refused)
                     .unwrap_or_else(|| self.chatters(t, step, &done, tolerance)));
             }
@@ -148,7 +149,7 @@ impl Chebyshev {
                 refused = cause.or(refused);
             }
         }
-        Err(SolveError::TooManySteps { time: t, steps: MOST_STEPS })
+        Err(SolveError::TooManySteps { time: t, steps: MAX_STEPS })
     }
 
     /// Gives all arrays `n` entries.

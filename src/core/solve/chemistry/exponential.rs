@@ -10,7 +10,7 @@
 //! Source: Hochbruck, Ostermann & Schweitzer, "Exponential Rosenbrock-type methods", SIAM J. Numer.
 //! Anal. 47 (2009) 786, doi:10.1137/080717717 (exprb32).
 
-use super::CHEMISTRY;
+use super::PROGRESS_LABEL;
 use super::chebyshev::Tolerance;
 use super::krylov::polynomial_forcing;
 use crate::linear::Sparse;
@@ -21,11 +21,11 @@ use crate::solve::{Control, Result, SolveError, under_way};
 /// Steps are proposed a little shorter than the estimate allows.
 const SAFETY: f64 = 0.8;
 /// A step below this share of the interval gives up.
-const SHORTEST: f64 = 1e-10;
+const MIN_STEP_SHARE: f64 = 1e-10;
 /// Steps after which an interval counts as hopeless.
-const MOST_STEPS: usize = 100_000;
+const MAX_STEPS: usize = 100_000;
 /// Error of the φ functions, relative to the tolerance of a step.
-const INNER: f64 = 0.05;
+const PHI_TOLERANCE: f64 = 0.05;
 
 /// Brings the unknowns `y` of `coupled` along the way; on error they hold the last accepted values.
 pub(super) fn integrate(
@@ -35,12 +35,12 @@ pub(super) fn integrate(
     (from, until): (f64, f64),
     y: &mut Vec<f64>,
 ) -> Result<()> {
-    let shortest = (SHORTEST * (until - from)).max(4.0 * f64::EPSILON * until.abs());
+    let shortest = (MIN_STEP_SHARE * (until - from)).max(4.0 * f64::EPSILON * until.abs());
     let (mut t, mut step) = (from, until - from);
     let n = y.len();
     let mut start = vec![0.0; n];
-    for _ in 0..MOST_STEPS {
-        control.report(|| under_way(CHEMISTRY, (from, t, until)));
+    for _ in 0..MAX_STEPS {
+        control.report(|| under_way(PROGRESS_LABEL, (from, t, until)));
         control.check()?;
         coupled.residual(t, y, &mut start)?;
         let jacobian = coupled.jacobian(t, y)?.clone();
@@ -74,7 +74,7 @@ pub(super) fn integrate(
             }
         }
     }
-    Err(SolveError::TooManySteps { time: t, steps: MOST_STEPS })
+    Err(SolveError::TooManySteps { time: t, steps: MAX_STEPS })
 }
 
 /// One step and its error in units of the tolerance; `None` if it is too long for the φ functions.
@@ -103,7 +103,7 @@ fn step_of(
     coupled.residual(t + h, y, &mut later)?;
     let drift: Vec<f64> = later.iter().zip(start).map(|(b, a)| (b - a) / h).collect();
     let forcing = [&scaled(start)[..], &scaled(&drift), &zero];
-    let Some(first) = polynomial_forcing(apply, forcing, h, INNER) else { return Ok(None) };
+    let Some(first) = polynomial_forcing(apply, forcing, h, PHI_TOLERANCE) else { return Ok(None) };
     let change: Vec<f64> = first.iter().zip(&unit).map(|(v, unit)| v * unit).collect();
     let mut next: Vec<f64> = y.iter().zip(&change).map(|(y, change)| y + change).collect();
     // What is not linear, at the end of the step.
@@ -115,7 +115,9 @@ fn step_of(
         rest[i] = 2.0 / (h * h) * (rest[i] - start[i] - linear[i] - h * drift[i]);
     }
     let forcing = [&zero[..], &zero, &scaled(&rest)];
-    let Some(second) = polynomial_forcing(apply, forcing, h, INNER) else { return Ok(None) };
+    let Some(second) = polynomial_forcing(apply, forcing, h, PHI_TOLERANCE) else {
+        return Ok(None);
+    };
     for ((next, second), unit) in next.iter_mut().zip(&second).zip(&unit) {
         *next += second * unit;
     }

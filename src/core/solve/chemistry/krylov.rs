@@ -6,11 +6,11 @@ use crate::linear::{dot, norm};
 use crate::num::real;
 
 /// Largest Krylov space.
-const LARGEST: usize = 60;
+const MAX_DIMENSION: usize = 60;
 /// The space is inspected whenever it has grown by this.
-const STRIDE: usize = 4;
+const CHECK_STRIDE: usize = 4;
 /// Chain of polynomial terms: 1, τ, τ²/2.
-const TERMS: usize = 3;
+const POLYNOMIAL_TERMS: usize = 3;
 
 /// The solution at `h` of `u' = A u + w_0 + τ w_1 + τ²/2 w_2`, `u(0) = 0`, that is
 /// `Σ_k h^{k+1} φ_{k+1}(hA) w_k`, to a root mean square error of `tolerance`; `None` if a Krylov
@@ -22,7 +22,7 @@ const TERMS: usize = 3;
 /// Numer. Anal. 29 (1992) 209, doi:10.1137/0729014).
 pub(super) fn polynomial_forcing(
     apply: impl Fn(&[f64], &mut [f64]),
-    forcing: [&[f64]; TERMS],
+    forcing: [&[f64]; POLYNOMIAL_TERMS],
     h: f64,
     tolerance: f64,
 ) -> Option<Vec<f64>> {
@@ -40,30 +40,30 @@ pub(super) fn polynomial_forcing(
         apply(&v[..n], &mut out[..n]);
         let chain = &v[n..];
         for (k, w) in forcing.iter().enumerate() {
-            // chain[TERMS-1-k] is (τ/h)^k / k!
-            let factor = chain[TERMS - 1 - k] * powers[k] / size;
+            // chain[POLYNOMIAL_TERMS-1-k] is (τ/h)^k / k!
+            let factor = chain[POLYNOMIAL_TERMS - 1 - k] * powers[k] / size;
             if factor != 0.0 {
                 for (out, w) in out[..n].iter_mut().zip(*w) {
                     *out += factor * w;
                 }
             }
         }
-        for k in 0..TERMS {
-            out[n + k] = if k + 1 < TERMS { chain[k + 1] / h } else { 0.0 };
+        for k in 0..POLYNOMIAL_TERMS {
+            out[n + k] = if k + 1 < POLYNOMIAL_TERMS { chain[k + 1] / h } else { 0.0 };
         }
         out.iter_mut().for_each(|out| *out *= h);
     };
-    let mut first = vec![0.0; n + TERMS];
-    first[n + TERMS - 1] = 1.0;
+    let mut first = vec![0.0; n + POLYNOMIAL_TERMS];
+    first[n + POLYNOMIAL_TERMS - 1] = 1.0;
     let mut basis = vec![first];
-    let mut hessenberg = DMatrix::<f64>::zeros(LARGEST + 1, LARGEST + 1);
+    let mut hessenberg = DMatrix::<f64>::zeros(MAX_DIMENSION + 1, MAX_DIMENSION + 1);
     let scale = tolerance * real(n.max(1)).sqrt();
-    for m in 1..=LARGEST {
-        let mut next = vec![0.0; n + TERMS];
+    for m in 1..=MAX_DIMENSION {
+        let mut next = vec![0.0; n + POLYNOMIAL_TERMS];
         whole(&basis[m - 1], &mut next);
         let left = orthogonalise(&mut next, &basis, &mut hessenberg, m - 1);
         let breakdown = left <= 1e-14 * hessenberg.column(m - 1).norm();
-        if m % STRIDE == 0 || m == LARGEST || breakdown {
+        if m % CHECK_STRIDE == 0 || m == MAX_DIMENSION || breakdown {
             let exponential = augmented_exponential(&hessenberg, m);
             let error = size * left * exponential[(m - 1, m)].abs();
             if !error.is_finite() {

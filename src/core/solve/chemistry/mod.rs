@@ -31,17 +31,17 @@ use crate::ode::OdeMethod;
 use crate::tally::Work;
 
 /// Evaluations within one step of the coupling from which on the chemistry is called stiff.
-const STIFF: usize = 20_000;
+const STIFF_EVALUATIONS: usize = 20_000;
 /// What is said then.
-const IMPLICIT: &str = "; a law or its diffusion is much faster than the run: time.integrator = { kind = \"monolithic\" } or \
+const IMPLICIT_HINT: &str = "; a law or its diffusion is much faster than the run: time.integrator = { kind = \"monolithic\" } or \
                         chemistry = \"bdf\" may take far less time";
 /// What sub-steps are called where their progress is reported.
-const CHEMISTRY: &str = "integrating the chemistry";
+const PROGRESS_LABEL: &str = "integrating the chemistry";
 
 /// Turns of [`settle`] at most: what is not at rest then is left to who asked for it.
-const TURNS: usize = 50;
+const MAX_SETTLING_ROUNDS: usize = 50;
 /// Tolerances of the steady chemistry in it, and the relative change in a turn that counts as none.
-const SETTLED: (f64, f64) = (1e-6, 1e-8);
+const SETTLING_TOLERANCES: (f64, f64) = (1e-6, 1e-8);
 
 /// Brings the shape and the chemistry of `state` towards a rest of both, in turn: each while the other rests. A stable steady
 /// state is reached if the two are not strongly coupled, to some digits.
@@ -51,18 +51,18 @@ const SETTLED: (f64, f64) = (1e-6, 1e-8);
 pub fn settle(workspace: &mut Workspace, state: &mut State) -> Result<Relaxation> {
     let mut done = workspace.relax(state)?;
     let mut steady = SteadyChemistry::default();
-    for _ in 0..TURNS {
+    for _ in 0..MAX_SETTLING_ROUNDS {
         if workspace.model.chemistry().is_none() {
             break;
         }
         let before = state.species.clone();
-        steady.solve(workspace, state, SETTLED, Leap::Allowed)?;
+        steady.solve(workspace, state, SETTLING_TOLERANCES, Leap::Allowed)?;
         if workspace.model.moves() {
             done.add(&workspace.relax(state)?);
         }
         let moved = |(now, then): (&Vec<f64>, &Vec<f64>)| {
             let size = then.iter().fold(f64::MIN_POSITIVE, |size: f64, v| size.max(v.abs()));
-            now.iter().zip(then).any(|(a, b)| (a - b).abs() > SETTLED.0 * size)
+            now.iter().zip(then).any(|(a, b)| (a - b).abs() > SETTLING_TOLERANCES.0 * size)
         };
         if !workspace.model.moves() || !state.species.iter().zip(&before).any(moved) {
             break;
@@ -213,8 +213,9 @@ impl ChemistrySteps {
                 let rate = |t: f64, y: &[f64], out: &mut [f64]| {
                     evaluations += 1;
                     control.report(|| {
-                        let stiff = if evaluations > STIFF { IMPLICIT } else { "" };
-                        under_way(CHEMISTRY, (state.time, t, until)) + stiff
+                        let stiff =
+                            if evaluations > STIFF_EVALUATIONS { IMPLICIT_HINT } else { "" };
+                        under_way(PROGRESS_LABEL, (state.time, t, until)) + stiff
                     });
                     control.check()?;
                     Ok(coupled.residual(t, y, out)?)
@@ -251,7 +252,7 @@ impl ChemistrySteps {
         steps.set_course(signals);
         while moving.time < until {
             let span = (state.time, moving.time, until);
-            workspace.control.report(|| under_way(CHEMISTRY, span));
+            workspace.control.report(|| under_way(PROGRESS_LABEL, span));
             steps.step(workspace, &mut moving, until)?;
         }
         if moving.species.iter().flatten().all(|c| c.is_finite()) {

@@ -10,29 +10,29 @@ use crate::model::{Coupled, Model, Part, State};
 use crate::solve::{Result, SolveError, Workspace, counters};
 
 /// Change in a step, in units of `rtol |c| + atol`, that counts as none.
-const STILL: f64 = 1e-2;
+const STATIONARY_CHANGE: f64 = 1e-2;
 /// A step so long, in units of the fastest entry of ∂F/∂c, is long by any measure: what starts at rest but
 /// for round-off moves at no speed that others could be compared with.
-const LONG: f64 = 1e12;
+const LONG_STEP: f64 = 1e12;
 /// Error of a step on the way, relative to a species' size and typical magnitude. What the chemistry
 /// runs into hangs on the way where it has several steady states.
-const ERROR: f64 = 0.05;
+const STEP_TOLERANCE: f64 = 0.05;
 /// A step counts as one along dc/dτ = F if it meets the equation of implicit Euler, `δ = Δτ F(c + δ)`, but for this share
 /// of δ. Where a disturbance grows faster than 1/Δτ, as beyond a fold, the linear system turns the direction of the step
 /// round, against F: without the test steps go back and forth there without end.
-const ALONG: f64 = 0.5;
+const EULER_RESIDUAL_SHARE: f64 = 0.5;
 /// Steps after which the search for a steady state is abandoned.
-const MOST: usize = 5000;
+const MAX_STEPS: usize = 5000;
 /// The same of a steady state near by, which takes some twenty.
-const MOST_NEAR: usize = 200;
+const MAX_NEAR: usize = 200;
 /// Linear systems in a row that may fail.
-const MOST_FAILURES: usize = 30;
+const MAX_FAILURES: usize = 30;
 /// How far a step on the way may leave a species' valid range, relative to its size and typical
 /// magnitude.
-const SLACK: f64 = 0.1;
+const RANGE_SLACK: f64 = 0.1;
 /// A species that changes by more than this share of its size and typical magnitude leaves its steady state for another
 /// one: the branch of steady states that it was on has ended (a fold), or moves too far in one step of the coupling.
-const LEAP: f64 = 0.2;
+const JUMP_SHARE: f64 = 0.2;
 
 /// Whether the chemistry may go to another steady state than the one it is in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,7 +79,7 @@ impl SteadyChemistry {
             return Ok(());
         }
         let mut steps = Steps::new(speed);
-        let most = if leap == Leap::Refused { MOST_NEAR } else { MOST };
+        let most = if leap == Leap::Refused { MAX_NEAR } else { MAX_STEPS };
         for step in 0..most {
             control.check()?;
             control.report(|| relaxing(step, most, speed));
@@ -95,12 +95,13 @@ impl SteadyChemistry {
             let at = Iterate { model, state, y: &y, rate: &rate, tolerance: (rtol, &tolerance) };
             let Trial { y: tried, rate: after, largest, error } =
                 at.trial(coupled, &change, steps.inverse, &typical)?;
-            if !(error <= 4.0 * ERROR && largest.is_finite()) {
+            if !(error <= 4.0 * STEP_TOLERANCE && largest.is_finite()) {
                 steps.shorten(shortening(error));
                 continue;
             }
             (y, rate) = (tried, after);
-            let left = |i: usize| (y[i] - start[i]).abs() > LEAP * (typical[i] + start[i].abs());
+            let left =
+                |i: usize| (y[i] - start[i]).abs() > JUMP_SHARE * (typical[i] + start[i].abs());
             if leap == Leap::Refused && (0..n).any(left) {
                 return Err(SolveError::Leap { time: state.time });
             }
@@ -108,10 +109,10 @@ impl SteadyChemistry {
             if !speed.is_finite() {
                 break;
             }
-            if largest < STILL && steps.are_long(fastest) {
+            if largest < STATIONARY_CHANGE && steps.are_long(fastest) {
                 return accept(state, (coupled, model), &y, (rtol, atol));
             }
-            steps.adapt(error, largest < STILL);
+            steps.adapt(error, largest < STATIONARY_CHANGE);
         }
         Err(SolveError::NotSteady { time: state.time, rate: speed })
     }
@@ -145,16 +146,16 @@ impl Steps {
         };
         self.shorten(4.0);
         self.failures += 1;
-        if self.failures > MOST_FAILURES { Err(failure.into()) } else { Ok(false) }
+        if self.failures > MAX_FAILURES { Err(failure.into()) } else { Ok(false) }
     }
 
     fn are_long(&self, fastest: f64) -> bool {
-        self.inverse < 1e-3 * self.first || LONG * self.inverse < fastest
+        self.inverse < 1e-3 * self.first || LONG_STEP * self.inverse < fastest
     }
 
     /// After an accepted step with this `error`.
     fn adapt(&mut self, error: f64, is_still: bool) {
-        let growth = (error / ERROR).sqrt().clamp(0.1, 2.0);
+        let growth = (error / STEP_TOLERANCE).sqrt().clamp(0.1, 2.0);
         self.inverse *= if is_still { growth.min(0.1) } else { growth };
     }
 }
@@ -177,7 +178,7 @@ fn relaxing(step: usize, most: usize, speed: f64) -> String {
 
 /// Divisor of the step after one rejected with this error.
 fn shortening(error: f64) -> f64 {
-    if error.is_finite() { (error / ERROR).sqrt().clamp(1.5, 10.0) } else { 4.0 }
+    if error.is_finite() { (error / STEP_TOLERANCE).sqrt().clamp(1.5, 10.0) } else { 4.0 }
 }
 
 /// Puts the steady state `y` into `state`, brought into the valid ranges within the tolerances.
@@ -238,7 +239,8 @@ impl Iterate<'_> {
         }
         let mut shown = state.clone();
         coupled.layout().unpack(model.mechanics(), state.time, &y, &mut shown);
-        let sensible = model.keep_in_range(&mut shown.species, state.time, (SLACK, SLACK));
+        let sensible =
+            model.keep_in_range(&mut shown.species, state.time, (RANGE_SLACK, RANGE_SLACK));
         let done = sensible.and_then(|()| coupled.residual(state.time, &y, &mut rate));
         let error = match done {
             Ok(()) if strays(&rate, change, (tolerance, rtol, &y), inverse_step) => f64::INFINITY,
@@ -265,5 +267,5 @@ fn strays(
         (0..y.len()).map(|i| of(i).abs() / unit(i)).fold(0.0, f64::max)
     };
     let moved = largest(&|i| change[i]);
-    moved > 1.0 && largest(&|i| rate[i] / inverse_step - change[i]) > ALONG * moved
+    moved > 1.0 && largest(&|i| rate[i] / inverse_step - change[i]) > EULER_RESIDUAL_SHARE * moved
 }

@@ -33,15 +33,15 @@ use super::system::{Equilibrium, System};
 use super::{Block, Continuation, CriticalMode, Event, Point, SolveError, Unknowns};
 
 /// An eigenvalue below this share of its change over the step is 0: that is the error of λ in units of the step.
-const ZERO: f64 = 1e-5;
+const ZERO_EIGENVALUE_SHARE: f64 = 1e-5;
 /// What stays above this share has no zero: it jumps, or goes through infinity.
 const NO_ZERO: f64 = 1e-3;
 /// Bifurcations nearer to one another than this share of a step are one; and an eigenvalue of H below this share of its change
 /// is 0 where ∂g/∂u is singular.
-const SAME: f64 = 1e-3;
+const COINCIDENCE_SHARE: f64 = 1e-3;
 /// Most bifurcations that are located one by one in one step; more are one, at the place of the first. Each costs some
 /// ten spectra.
-pub(super) const LOCATED: usize = 2;
+pub(super) const MAX_LOCATED: usize = 2;
 
 /// A change of sign that is looked for.
 struct Sought {
@@ -102,7 +102,7 @@ impl<S: System> Continuation<S> {
                 let Some(point) = self.change(step, [&mut first, &mut *last], &sought)? else {
                     continue;
                 };
-                add(&mut all, point, SAME * step.length);
+                add(&mut all, point, COINCIDENCE_SHARE * step.length);
             }
         }
         Ok(all)
@@ -148,7 +148,12 @@ impl<S: System> Continuation<S> {
             let tested = self.corrector.system.test(&mut at, mode)?;
             Ok::<_, S::Error>(tested.map(|(value, null)| (value / unit, (at, null))))
         };
-        let found = zero(step.length, values.map(|value| value / unit), ZERO, &mut evaluate)?;
+        let found = zero(
+            step.length,
+            values.map(|value| value / unit),
+            ZERO_EIGENVALUE_SHARE,
+            &mut evaluate,
+        )?;
         let Some((_, (mut at, null))) = found.filter(|(left, _)| left.abs() <= NO_ZERO) else {
             return Ok(None);
         };
@@ -176,7 +181,7 @@ impl<S: System> Continuation<S> {
         let Sought { block: Block::Shape, number, ref own, .. } = *sought else { return Ok(None) };
         let mut modes = self.modes(at, Block::Shape, own.end)?;
         let Some(mode) = modes.get_mut(number) else { return Ok(None) };
-        if mode.eigenvalue.abs() > SAME * sought.change() {
+        if mode.eigenvalue.abs() > COINCIDENCE_SHARE * sought.change() {
             return Ok(None);
         }
         mode.shape = null;
@@ -198,7 +203,7 @@ impl<S: System> Continuation<S> {
             let value = modes.get(number).map(|mode| mode.eigenvalue / unit);
             Ok::<_, S::Error>(value.map(|value| (value, (at, modes))))
         };
-        let found = zero(step.length, values, ZERO, &mut evaluate)?;
+        let found = zero(step.length, values, ZERO_EIGENVALUE_SHARE, &mut evaluate)?;
         let Some((_, (mut at, modes))) = found.filter(|(left, _)| left.abs() <= NO_ZERO) else {
             return Ok(None);
         };
@@ -220,7 +225,7 @@ type Located<S> = (Equilibrium<<S as System>::Member>, Event);
 fn located(from: usize, to: usize) -> Vec<(usize, Range<usize>)> {
     let (low, high) = (from.min(to), from.max(to));
     match high - low {
-        ..=LOCATED => (low..high).map(|k| (k, k..k + 1)).collect(),
+        ..=MAX_LOCATED => (low..high).map(|k| (k, k..k + 1)).collect(),
         _ if from == low => vec![(low, low..high)],
         _ => vec![(high - 1, low..high)],
     }

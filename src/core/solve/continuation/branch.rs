@@ -1,6 +1,6 @@
 //! A branch that is being followed: its steps, its end, and the way to another one.
 
-use super::bifurcations::LOCATED;
+use super::bifurcations::MAX_LOCATED;
 use super::corrector::{Condition, Corrected, Corrector};
 use super::metric::Metric;
 use super::system::{Equilibrium, System};
@@ -9,14 +9,14 @@ use crate::num::real;
 use crate::solve::{Control, SolveError};
 
 /// Iterations of the corrector at which steps keep their length.
-const ITERATIONS: f64 = 4.0;
+const TARGET_ITERATIONS: f64 = 4.0;
 /// A step is at most so many times as long as the one before.
-const GROWTH: f64 = 2.0;
+const MAX_STEP_GROWTH: f64 = 2.0;
 /// Cosine of the largest angle between two tangents one after the other.
-const TURN: f64 = 0.5;
+const MIN_TANGENT_COSINE: f64 = 0.5;
 /// Steps over more bifurcations than are located one by one are halved down to this share of the longest step: those
 /// that are nearer to one another count as one. A smaller share tells more of them apart and costs a corrector each time.
-const APART: f64 = 1e-3;
+const MIN_HALVED_STEP: f64 = 1e-3;
 
 /// A branch that is being followed.
 pub struct Continuation<S: System> {
@@ -173,7 +173,7 @@ impl<S: System> Continuation<S> {
         let tangent = self.tangent_at(&mut at)?;
         let divisible = 0.5 * self.step >= self.settings.least_step;
         let turned = self.corrector.metric.inner(&self.tangent, &tangent);
-        if turned < TURN && divisible {
+        if turned < MIN_TANGENT_COSINE && divisible {
             return Ok(None);
         }
         // Pivots of an indefinite matrix may vanish at one point and not at the next.
@@ -188,7 +188,7 @@ impl<S: System> Continuation<S> {
             return Ok(None);
         }
         let passed = changed.abs_diff(usize::from(fold));
-        if passed > LOCATED && 0.5 * self.step >= APART * self.settings.longest_step {
+        if passed > MAX_LOCATED && 0.5 * self.step >= MIN_HALVED_STEP * self.settings.longest_step {
             return Ok(None);
         }
         let events = self.special(&mut at, (&tangent, unstable), fold)?;
@@ -229,7 +229,9 @@ impl<S: System> Continuation<S> {
         self.ended = !range.contains(&at.parameter);
         self.point = Point::of(&at, arc, unstable);
         self.tangent = tangent;
-        let factor = GROWTH.powf((ITERATIONS - real(at.iterations)) / 2.0).clamp(0.5, GROWTH);
+        let factor = MAX_STEP_GROWTH
+            .powf((TARGET_ITERATIONS - real(at.iterations)) / 2.0)
+            .clamp(0.5, MAX_STEP_GROWTH);
         self.step = (self.step * factor).min(self.settings.longest_step);
         before.push(self.point.clone());
         Ok(before)

@@ -13,15 +13,15 @@ use super::{Direction, Settings, Unknowns};
 use crate::solve::Control;
 
 /// Most iterations: where more are needed the step is too long.
-const MOST: usize = 10;
+const MAX_ITERATIONS: usize = 10;
 /// A correction shorter than this, in arc length, ends the iteration where forces are below the tolerance: the error left
 /// is of the order of its square.
-const CLOSE: f64 = 1e-7;
+const CONVERGED_CORRECTION: f64 = 1e-7;
 /// The same after the last iteration, where round-off keeps corrections from getting smaller.
-const NEARLY: f64 = 1e-5;
+const ACCEPTABLE_CORRECTION: f64 = 1e-5;
 /// Difference of the parameter in units of Λ for ∂g/∂λ: the quotient is central, so that its error is some 1e-8 of what
 /// varies over Λ, and round-off some 1e-12.
-const DIFFERENCE: f64 = 1e-4;
+const PARAMETER_DIFFERENCE: f64 = 1e-4;
 
 /// `⟨direction, u - at⟩ = distance`, with the parameter in u and in `at`.
 #[derive(Clone, Copy)]
@@ -53,7 +53,7 @@ impl<S: System> Corrector<S> {
         &mut self,
         at: &Equilibrium<S::Member>,
     ) -> Result<Unknowns, S::Error> {
-        let difference = DIFFERENCE * self.metric.scale();
+        let difference = PARAMETER_DIFFERENCE * self.metric.scale();
         let mut of = |parameter: f64| self.system.evaluate(at.at.clone(), parameter);
         let (above, below) = (of(at.parameter + difference), of(at.parameter - difference));
         let (above, below) = match (above, below) {
@@ -87,8 +87,8 @@ impl<S: System> Corrector<S> {
         loop {
             self.control.check()?;
             let balanced = at.residual <= settings.tolerance;
-            let done = at.iterations >= MOST;
-            if balanced && (last <= CLOSE || done && last <= NEARLY) {
+            let done = at.iterations >= MAX_ITERATIONS;
+            if balanced && (last <= CONVERGED_CORRECTION || done && last <= ACCEPTABLE_CORRECTION) {
                 return Ok(Corrected::Found(Box::new(at)));
             }
             if done || !(at.energy.is_finite() && at.residual.is_finite() && last <= largest) {
@@ -99,7 +99,7 @@ impl<S: System> Corrector<S> {
                 Ok(None) => return Ok(Corrected::Lost(None)),
                 Err(error) => return Ok(Corrected::Lost(Some(error))),
             };
-            largest = LARGEST * settings.longest_step;
+            largest = MAX_CORRECTION * settings.longest_step;
             last = self.metric.norm(&change);
             let next = at.at.plus(1.0, &change.unknowns);
             let finite = change.parameter.is_finite() && last.is_finite();
@@ -142,4 +142,4 @@ impl<S: System> Corrector<S> {
 }
 
 /// A correction longer than so many of the longest steps leads to another branch.
-const LARGEST: f64 = 2.0;
+const MAX_CORRECTION: f64 = 2.0;

@@ -96,13 +96,13 @@ impl Settings {
         let area = geometry::area(sheet, sheet.rest());
         let [first_step, longest_step, least_step] = Self::STEPS;
         // A point has no area, and no shape.
-        let length = if area > 0.0 { SHARE * area.sqrt() } else { 1.0 };
+        let length = if area > 0.0 { LENGTH_SCALE_SHARE * area.sqrt() } else { 1.0 };
         Self { range, length, first_step, longest_step, least_step, tolerance: 1e-6 }
     }
 }
 
 /// L in units of the square root of the area: sheets buckle and snap by displacements of this order or less.
-const SHARE: f64 = 0.1;
+const LENGTH_SCALE_SHARE: f64 = 0.1;
 /// What is special about a point.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub enum Event {

@@ -41,9 +41,9 @@ use crate::tally::Tally;
 /// No triangle's area may fall below this share in one correction.
 const AREA_SHARE: f64 = 0.1;
 /// How far a species may leave its valid range in a correction, relative to its size and typical magnitude.
-const SLACK: f64 = 0.1;
+const RANGE_SLACK: f64 = 0.1;
 /// Refinements of a solution with a border.
-const REFINED: usize = 2;
+const REFINEMENTS: usize = 2;
 
 /// The models of one sheet over a parameter: the same effects, fixed directions and species at every λ.
 pub trait ReactingFamily {
@@ -256,7 +256,7 @@ impl<F: ReactingFamily> System for Reacting<F> {
         self.solve(&mut v)?;
         let (mut x, mut y) = (vec![0.0; b.len()], 0.0);
         let (mut left, mut missing) = (f_flat.clone(), g);
-        for turn in 0..=REFINED {
+        for turn in 0..=REFINEMENTS {
             if turn > 0 {
                 let mut product = vec![0.0; x.len()];
                 if let Some(coupled) = &self.coupled {
@@ -282,7 +282,7 @@ impl<F: ReactingFamily> System for Reacting<F> {
     fn unstable(&mut self, at: &mut Equilibrium<Member>) -> Result<Unstable, SolveError> {
         let shape =
             self.of_shape(at, |of, potential| Ok(of.inertia(potential, &at.at.x)?.negative))?;
-        let modes = self.nearest(at, spectrum::NEAREST)?;
+        let modes = self.nearest(at, spectrum::MAX_EIGENVALUES)?;
         let coupled = modes.iter().filter(|mode| mode.eigenvalue < 0.0).count();
         Ok(Unstable { shape: shape.unwrap_or(0), coupled })
     }
@@ -301,7 +301,7 @@ impl<F: ReactingFamily> System for Reacting<F> {
             let of = |mode| CriticalMode::of_shape(mode, at.at.zeros_like().species);
             return Ok(found.into_iter().map(of).collect());
         }
-        let mut modes = self.nearest(at, spectrum::NEAREST)?;
+        let mut modes = self.nearest(at, spectrum::MAX_EIGENVALUES)?;
         modes.truncate(count);
         Ok(modes)
     }
@@ -342,7 +342,7 @@ impl<F: ReactingFamily> System for Reacting<F> {
     fn allows(&self, at: &Equilibrium<Member>, next: &Unknowns) -> bool {
         let Member { model, time } = &at.member;
         let mut species = next.species.clone();
-        if model.keep_in_range(&mut species, *time, (SLACK, SLACK)).is_err() {
+        if model.keep_in_range(&mut species, *time, (RANGE_SLACK, RANGE_SLACK)).is_err() {
             return false;
         }
         let here = state(model, *time, &at.at);

@@ -9,9 +9,9 @@ use super::system::{Equilibrium, System};
 use super::{Continuation, Direction, Event, Point, SolveError, Unknowns, Unstable};
 
 /// |λ̇| in units of Λ below which a point is the fold: the error of λ there is of the order of its square.
-const FLAT: f64 = 1e-5;
+const FOLD_TOLERANCE: f64 = 1e-5;
 /// Most points tried for one zero.
-const MOST: usize = 30;
+const MAX_POINTS: usize = 30;
 
 /// One step: from the point of a branch to an equilibrium.
 pub(super) struct Step<'a> {
@@ -107,7 +107,7 @@ impl<S: System> Continuation<S> {
             let slope = self.tangent_at(&mut at)?.parameter / scale;
             Ok::<_, S::Error>(Some((slope, at)))
         };
-        let found = zero(step.length, ends, FLAT, &mut evaluate)?;
+        let found = zero(step.length, ends, FOLD_TOLERANCE, &mut evaluate)?;
         let found = found.map(|(_, mut at)| self.special_point(&mut at, Event::Fold));
         Ok(found.transpose()?)
     }
@@ -123,7 +123,7 @@ pub(super) fn zero<T, E>(
 ) -> Result<Option<(f64, T)>, E> {
     let (mut a, mut b) = ((0.0, ends[0]), (length, ends[1]));
     let mut best: Option<(f64, T)> = None;
-    for _ in 0..MOST {
+    for _ in 0..MAX_POINTS {
         let inner = (a.0 * b.1 - b.0 * a.1) / (b.1 - a.1);
         let s = if inner.is_finite() { inner } else { 0.5 * (a.0 + b.0) };
         let Some((value, what)) = evaluate(s)? else { break };

@@ -17,7 +17,7 @@ use crate::model::{Coupled, Model};
 use crate::solve::SolveError;
 
 /// Eigenvalues that are looked for at every point: of more none are known.
-pub(super) const NEAREST: usize = 12;
+pub(super) const MAX_EIGENVALUES: usize = 12;
 
 /// An eigenvalue with its direction.
 pub(super) struct Pair {

@@ -8,11 +8,11 @@ use crate::num::Short;
 use crate::solve::{Result, Workspace};
 
 /// Change of a species by which its growth is judged, relative to its size.
-const CHANGE: f64 = 1e-4;
+const PROBE_CHANGE: f64 = 1e-4;
 /// A species blows up that is so many times its typical magnitude, and would be infinite within this share of
 /// the time until now.
-const LARGE: f64 = 100.0;
-const SOON: f64 = 1e-2;
+const BLOW_UP_RATIO: f64 = 100.0;
+const BLOW_UP_TIME_SHARE: f64 = 1e-2;
 /// One that would be infinite within this share of the time blows up whatever its size: `exp(c)` does so at c = 30.
 const AT_ONCE: f64 = 1e-9;
 
@@ -41,8 +41,9 @@ pub fn runaway(workspace: &mut Workspace, state: &State) -> Result<Option<Diagno
     if !(rate * c > 0.0) {
         return Ok(None);
     }
-    let soon = if c.abs() > LARGE * species[s].typical { SOON } else { AT_ONCE };
-    let step = CHANGE * c / rate;
+    let soon =
+        if c.abs() > BLOW_UP_RATIO * species[s].typical { BLOW_UP_TIME_SHARE } else { AT_ONCE };
+    let step = PROBE_CHANGE * c / rate;
     let mut later = state.clone();
     for (values, rates) in later.species.iter_mut().zip(&rates) {
         values.iter_mut().zip(rates).for_each(|(c, rate)| *c += step * rate);

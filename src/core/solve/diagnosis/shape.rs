@@ -8,25 +8,25 @@ use crate::model::{Model, Potential, State, free_motions};
 use crate::num::{Short, real};
 use crate::parallel;
 use crate::sheet::quality::triangle_quality;
-use crate::solve::error::LOOSEST;
+use crate::solve::error::LOOSEST_TOLERANCE;
 use crate::solve::{Result, Workspace};
 
 /// A triangle at rest that is longer than so many heights is to blame for what fails on it: relaxations
 /// succeed up to some 20 (`models/hard/cases.toml`).
-const NEEDLE: f64 = 30.0;
+const NEEDLE_ASPECT_RATIO: f64 = 30.0;
 /// A force that round-off makes a share of at least this size of cannot be made smaller.
 const ROUND_OFF: f64 = 0.1;
 /// An effect that acts on the sheet at rest with so many times the force that doubles the length of edges is
 /// beyond anything the sheet can bear.
-const OVERLOAD: f64 = 10.0;
+const OVERLOAD_RATIO: f64 = 10.0;
 /// A sheet is flat whose height is below this share of its size.
-const FLAT: f64 = 1e-6;
+const FLAT_HEIGHT_SHARE: f64 = 1e-6;
 /// The sum of forces below this share of their sizes is round-off.
 const OF_A_SUM: f64 = 1e-12;
 /// Up to so many times the tolerance a force that a held triangle leaves is nearly at rest.
-const NEARLY: f64 = 100.0;
+const NEAR_REST_RATIO: f64 = 100.0;
 /// Edges that are longer than so many times their optimal length have no equilibrium near by.
-const STRETCHED: f64 = 3.0;
+const OVERSTRETCH_RATIO: f64 = 3.0;
 /// Edges that are longer than so many times their rest length are those of a motion without bound.
 const BLOWN_UP: f64 = 100.0;
 
@@ -54,12 +54,13 @@ pub fn needle(potential: &Potential) -> Option<Diagnosis> {
     };
     let all = sheet.triangles().iter().map(aspect).enumerate();
     let (triangle, worst) = all.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let many = sheet.triangles().iter().filter(|corners| aspect(corners) > NEEDLE).count();
-    (worst > NEEDLE).then(|| Diagnosis {
+    let many =
+        sheet.triangles().iter().filter(|corners| aspect(corners) > NEEDLE_ASPECT_RATIO).count();
+    (worst > NEEDLE_ASPECT_RATIO).then(|| Diagnosis {
         reason: Reason::Mesh,
         text: format!(
             "at rest triangle {triangle} (vertices {:?}) is {worst:.0} times as long as high, and {many} of {} \
-             triangles are longer than {NEEDLE} heights: forces across them are not resolved",
+             triangles are longer than {NEEDLE_ASPECT_RATIO} heights: forces across them are not resolved",
             sheet.triangles()[triangle],
             sheet.triangles().len()
         ),
@@ -117,7 +118,7 @@ fn overloaded(potential: &mut Potential) -> Option<Diagnosis> {
         (potential.residual(&force), name)
     });
     let (size, name) = forces.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (size > OVERLOAD).then(|| Diagnosis {
+    (size > OVERLOAD_RATIO).then(|| Diagnosis {
         reason: Reason::Load,
         text: format!(
             "the effect {name} acts on the sheet at rest with {size:.1e} times the force that stretches an edge to \
@@ -135,7 +136,7 @@ fn overstretched(potential: &mut Potential, x: &[Vec3]) -> Option<(f64, String)>
         (b - a).norm() / optimal
     });
     let most = stretch.fold(0.0, f64::max);
-    if !(most > STRETCHED) {
+    if !(most > OVERSTRETCH_RATIO) {
         return None;
     }
     let names: Vec<String> = potential.mechanics().names().map(str::to_owned).collect();
@@ -206,7 +207,7 @@ pub fn collapse(potential: &Potential, x: &[Vec3]) -> Option<Diagnosis> {
                 all.fold((f64::INFINITY, f64::NEG_INFINITY), |e, v| (e.0.min(v), e.1.max(v)));
             ends.1 - ends.0
         };
-        range(2) <= FLAT * range(0).max(range(1))
+        range(2) <= FLAT_HEIGHT_SHARE * range(0).max(range(1))
     };
     let free = !potential.mechanics().is_planar();
     (free && flat(potential.sheet().rest()) && flat(x)).then(|| Diagnosis {
@@ -227,7 +228,7 @@ fn round_off(
     (residual, tolerance): (f64, f64),
 ) -> Option<Diagnosis> {
     // A shape that is far from rest has been crushed, whatever round-off makes of it by now.
-    if !(residual < LOOSEST) {
+    if !(residual < LOOSEST_TOLERANCE) {
         return None;
     }
     // Every coordinate goes to the next number, up or down.
@@ -258,7 +259,8 @@ fn held(potential: &Potential, x: &[Vec3], (residual, tolerance): (f64, f64)) ->
     let quality = |t: &[u32; 3]| triangle_quality(t.map(|v| x[v as usize]));
     let all = potential.sheet().triangles().iter().map(quality).enumerate();
     let (triangle, worst) = all.min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let nearly = worst < crate::solve::equilibrium::COLLAPSED && residual <= NEARLY * tolerance;
+    let nearly =
+        worst < crate::solve::equilibrium::COLLAPSED && residual <= NEAR_REST_RATIO * tolerance;
     nearly.then(|| Diagnosis {
         reason: Reason::Tolerance,
         text: format!(

@@ -16,10 +16,10 @@ use crate::model::Potential;
 use crate::solve::SolveError;
 
 /// Largest |g| of a constraint that is met.
-pub const MET: f64 = 1e-9;
+pub const CONSTRAINT_TOLERANCE: f64 = 1e-9;
 
 /// Rounds after which the constraints count as impossible.
-const ROUNDS: usize = 60;
+const MAX_ROUNDS: usize = 60;
 
 /// Relaxes `x` in place by `method`, constraints included; on an error `x` is the last good shape.
 ///
@@ -37,7 +37,7 @@ pub fn relax(
     let mut done = Relaxation::default();
     let mut gradient = vec![Vec3::zeros(); x.len()];
     potential.balance(x, true);
-    for _ in 0..ROUNDS {
+    for _ in 0..MAX_ROUNDS {
         let left = goal.max_iterations.saturating_sub(done.iterations);
         let round = method
             .relax(potential, x, &Goal { max_iterations: left, ..*goal })
@@ -47,7 +47,7 @@ pub fn relax(
         potential.update_multipliers(x);
         let after = potential.multipliers().to_vec();
         let mut near = x.to_vec();
-        if potential.project(&mut near) <= MET {
+        if potential.project(&mut near) <= CONSTRAINT_TOLERANCE {
             potential.balance(&near, false);
             done.energy = potential.energy_gradient(&near, &mut gradient);
             let residual = potential.residual(&gradient);
@@ -66,5 +66,5 @@ pub fn relax(
     let names = potential.mechanics().constraint_names();
     let worst = names.zip(&values).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
     let (constraint, value) = worst.map_or_else(Default::default, |(n, g)| (n.to_owned(), *g));
-    Err(SolveError::Constraint { constraint, value, rounds: ROUNDS })
+    Err(SolveError::Constraint { constraint, value, rounds: MAX_ROUNDS })
 }

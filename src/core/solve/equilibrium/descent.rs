@@ -88,13 +88,13 @@ impl EquilibriumSpec for DescentSpec {
 crate::register_kind!(dyn EquilibriumSpec, "descent", DescentSpec);
 
 /// First step, in units of 1/stiffness of a bond.
-const FIRST: f64 = 0.05;
+const INITIAL_STEP: f64 = 0.05;
 /// Growth of the step after a good one; a bad one halves it.
-const GROWTH: f64 = 1.1;
+const STEP_GROWTH: f64 = 1.1;
 /// Share of the linear decrease that a step must keep; ½ forbids overshooting.
-const DECREASE: f64 = 0.5;
+const SUFFICIENT_DECREASE: f64 = 0.5;
 /// Shortest step tried, as a share of the first.
-const SHORTEST: f64 = 1e-10;
+const MIN_STEP_SHARE: f64 = 1e-10;
 
 /// Steepest descent for one sheet.
 #[derive(Debug)]
@@ -108,7 +108,7 @@ impl Descent {
     /// Ready for any sheet: nothing is prepared.
     #[must_use]
     pub fn new(options: DescentSpec) -> Self {
-        Self { options, step: FIRST }
+        Self { options, step: INITIAL_STEP }
     }
 }
 
@@ -142,15 +142,15 @@ impl Equilibrium for Descent {
             let mut accepted = None;
             if potential.allows(x, &trial, self.options.area_share.get()) {
                 let energy = potential.energy_gradient(&trial, &mut trial_gradient);
-                let descends = energy <= done.energy - DECREASE * step * square;
+                let descends = energy <= done.energy - SUFFICIENT_DECREASE * step * square;
                 let level = level(potential, done.energy, energy)
                     && reduction.dot(&gradient, &trial_gradient) >= 0.0;
                 accepted = (energy.is_finite() && (descends || level)).then_some(energy);
             }
             let Some(energy) = accepted else {
                 self.step = 0.5 * step / softness;
-                if !(self.step >= SHORTEST) {
-                    self.step = FIRST;
+                if !(self.step >= MIN_STEP_SHARE) {
+                    self.step = INITIAL_STEP;
                     return Err(stalled(&done, goal));
                 }
                 continue;
@@ -160,7 +160,7 @@ impl Equilibrium for Descent {
             done.energy = energy;
             done.residual = potential.residual(&gradient);
             iterated(&mut done, potential);
-            self.step = GROWTH * self.step.max(step / softness);
+            self.step = STEP_GROWTH * self.step.max(step / softness);
         }
         Ok(done)
     }

@@ -16,7 +16,7 @@ use crate::parallel;
 use crate::reduction::Reduction;
 
 /// Stiffnesses stay within this factor of the first one.
-const RANGE: f64 = 1e8;
+const STIFFNESS_RANGE: f64 = 1e8;
 
 /// The diagonal D.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -30,7 +30,7 @@ impl Diagonal {
     /// The same stiffness `unit` for all of `rows` vertices.
     pub(super) fn new(rows: usize, unit: f64) -> Self {
         let stiffness = vec![Vec3::repeat(unit); rows];
-        Self { stiffness, least: unit / RANGE, most: unit * RANGE }
+        Self { stiffness, least: unit / STIFFNESS_RANGE, most: unit * STIFFNESS_RANGE }
     }
 
     /// Forgets all that was learnt.

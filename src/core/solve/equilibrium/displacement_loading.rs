@@ -13,9 +13,9 @@ use crate::solve::SolveError;
 /// No triangle's area may fall below this share at once.
 pub(in crate::solve) const AREA_SHARE: f64 = 0.4;
 /// Most parts, and smallest part of the whole way that is tried.
-const PARTS: (usize, f64) = (400, 1e-4);
+const PART_LIMITS: (usize, f64) = (400, 1e-4);
 /// How well the sheet is relaxed in between, and by how many iterations at most.
-const ROUGHLY: (f64, usize) = (1e-2, 30);
+const INTERMEDIATE_LIMITS: (f64, usize) = (1e-2, 30);
 
 /// Takes the vertices of `x` that are elsewhere in `to` there; the last part is not relaxed.
 ///
@@ -40,23 +40,23 @@ pub(in crate::solve) fn lead(
     let mut done = Relaxation::default();
     let (mut gone, mut part) = (0.0, 1.0);
     let mut next = x.to_vec();
-    for _ in 0..if ways.is_empty() { 0 } else { PARTS.0 } {
+    for _ in 0..if ways.is_empty() { 0 } else { PART_LIMITS.0 } {
         loop {
             next.copy_from_slice(x);
             place(&mut next, gone + part);
-            if part < PARTS.1 || potential.allows(x, &next, AREA_SHARE) {
+            if part < PART_LIMITS.1 || potential.allows(x, &next, AREA_SHARE) {
                 break;
             }
             part *= 0.5;
         }
         gone += part;
-        if gone >= 1.0 || part < PARTS.1 {
+        if gone >= 1.0 || part < PART_LIMITS.1 {
             break;
         }
         x.copy_from_slice(&next);
         let rough = Goal {
-            tolerance: goal.tolerance.max(ROUGHLY.0),
-            max_iterations: goal.max_iterations.min(ROUGHLY.1),
+            tolerance: goal.tolerance.max(INTERMEDIATE_LIMITS.0),
+            max_iterations: goal.max_iterations.min(INTERMEDIATE_LIMITS.1),
             ..*goal
         };
         match method.relax(potential, x, &rough) {

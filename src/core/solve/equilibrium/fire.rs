@@ -74,19 +74,19 @@ impl EquilibriumSpec for FireSpec {
 crate::register_kind!(dyn EquilibriumSpec, "fire", FireSpec);
 
 /// First time step, in the unit above.
-const FIRST: f64 = 0.1;
+const INITIAL_STEP: f64 = 0.1;
 /// Longest time step; explicit motion of a triangular lattice is unstable above about 0.9.
-const LONGEST: f64 = 0.8;
+const MAX_STEP: f64 = 0.8;
 /// Shortest time step before giving up.
-const SHORTEST: f64 = 1e-9;
+const MIN_STEP: f64 = 1e-9;
 /// Downhill steps before the time step may grow.
-const DELAY: usize = 20;
+const GROWTH_DELAY: usize = 20;
 /// Growth of the time step.
-const GROWTH: f64 = 1.1;
+const STEP_GROWTH: f64 = 1.1;
 /// Shrinking of the time step after an uphill step.
-const SHRINK: f64 = 0.5;
+const STEP_REDUCTION: f64 = 0.5;
 /// Steering towards the force at first.
-const STEER: f64 = 0.25;
+const INITIAL_STEERING: f64 = 0.25;
 /// Its decay while all goes downhill.
 const STEER_DECAY: f64 = 0.99;
 
@@ -130,20 +130,20 @@ impl Motion<'_> {
             self.x.copy_from_slice(&self.trial);
         }
         if !first {
-            self.step *= SHRINK;
+            self.step *= STEP_REDUCTION;
         }
         self.stop();
     }
 
     fn stop(&mut self) {
-        (self.steer, self.downhill) = (STEER, 0);
+        (self.steer, self.downhill) = (INITIAL_STEERING, 0);
         self.velocity.fill(Vec3::zeros());
     }
 
     fn go_downhill(&mut self) {
         self.downhill += 1;
-        if self.downhill > DELAY {
-            self.step = (GROWTH * self.step).min(LONGEST);
+        if self.downhill > GROWTH_DELAY {
+            self.step = (STEP_GROWTH * self.step).min(MAX_STEP);
             self.steer *= STEER_DECAY;
         }
     }
@@ -182,7 +182,7 @@ impl Equilibrium for Fire {
         let energy = potential.energy_gradient(x, &mut gradient);
         let residual = potential.residual(&gradient);
         let mut done = Relaxation { energy, residual, ..Relaxation::default() };
-        let (step, steer, downhill) = (FIRST, STEER, 0);
+        let (step, steer, downhill) = (INITIAL_STEP, INITIAL_STEERING, 0);
         let mut at = Motion { x, gradient, velocity, trial, step, unit, steer, downhill, limits };
         while !reached(potential, &done, goal, at.x)? {
             if potential.reduction().dot(&at.gradient, &at.velocity) >= 0.0 {
@@ -193,8 +193,8 @@ impl Equilibrium for Fire {
             // A move that would collapse a triangle is made shorter, from rest.
             while !at.accelerate(potential) {
                 at.stop();
-                at.step *= SHRINK;
-                if !(at.step >= SHORTEST) {
+                at.step *= STEP_REDUCTION;
+                if !(at.step >= MIN_STEP) {
                     return Err(stalled(&done, goal));
                 }
             }
@@ -202,7 +202,7 @@ impl Equilibrium for Fire {
             done.energy = potential.energy_gradient(at.x, &mut at.gradient);
             done.residual = potential.residual(&at.gradient);
             iterated(&mut done, potential);
-            if !(at.step >= SHORTEST) {
+            if !(at.step >= MIN_STEP) {
                 return Err(stalled(&done, goal));
             }
         }

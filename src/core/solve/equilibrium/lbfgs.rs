@@ -29,7 +29,7 @@ use stored::Made;
 use super::super::counters::Linear;
 use super::gauge::Gauge;
 use super::history::History;
-use super::preconditioner::{HessianInverse, LARGE, Preconditioner};
+use super::preconditioner::{HessianInverse, LARGE_SHEET, Preconditioner};
 use crate::Vec3;
 use crate::effects::HessianPart;
 use crate::linear::{BlockMatrix, LinearError};
@@ -38,7 +38,7 @@ use crate::solve::SolveError;
 
 /// Diagonal shift relative to the mean diagonal, for directions without any stiffness; small against the
 /// softest bending of the sheets in use. Rigid motions have the gauge.
-const SHIFT: f64 = 1e-9;
+const DIAGONAL_SHIFT: f64 = 1e-9;
 /// The whole Hessian is tried once the residual is below this; after a failure, below a tenth of
 /// the residual then.
 const NEARLY_AT_REST: f64 = 1e-2;
@@ -46,7 +46,7 @@ const NEARLY_AT_REST: f64 = 1e-2;
 /// which the positive part has no stiffness (waves of a free boundary) are why it may be needed.
 const MORE_SHIFT: (f64, f64) = (1e-6, 100.0);
 /// A shift that was this large and gave no step is not enlarged any more.
-const MOST_SHIFT: f64 = 1.0;
+const MAX_SHIFT: f64 = 1.0;
 
 /// Whether there is a factor, and how it is made and kept.
 #[derive(Debug, Clone, Copy)]
@@ -103,8 +103,8 @@ impl Lbfgs {
             factor: FactorState {
                 ready: false,
                 weight: 0.0,
-                shift: SHIFT,
-                refresh: iteration::REFRESH.1,
+                shift: DIAGONAL_SHIFT,
+                refresh: iteration::REFRESH_INTERVALS.1,
             },
             made: Made::default(),
             of_the_moment: false,
@@ -196,7 +196,7 @@ impl Lbfgs {
         let mut gradient = vec![Vec3::zeros(); x.len()];
         potential.energy_gradient(x, &mut gradient);
         self.gauge = Gauge::new(potential, x, &gradient, self.options.tolerance.get());
-        (self.factor.ready, self.factor.shift, self.factor.weight) = (false, SHIFT, 0.0);
+        (self.factor.ready, self.factor.shift, self.factor.weight) = (false, DIAGONAL_SHIFT, 0.0);
         self.factorise(potential, x, HessianPart::Full, false).ok()
     }
 
@@ -246,12 +246,12 @@ impl Lbfgs {
 
     /// Enlarges the shift for the next factor.
     fn stiffen(&mut self) {
-        self.factor.shift = (self.factor.shift * MORE_SHIFT.1).clamp(MORE_SHIFT.0, MOST_SHIFT);
+        self.factor.shift = (self.factor.shift * MORE_SHIFT.1).clamp(MORE_SHIFT.0, MAX_SHIFT);
     }
 
     /// Whether Newton's method can take over: its factor is affordable and wanted, and it holds no vertices.
     fn may_hand_over(&self) -> bool {
-        let affordable = self.matrix.pattern().rows() <= LARGE
+        let affordable = self.matrix.pattern().rows() <= LARGE_SHEET
             && !self.inverse.is_vertexwise()
             && !self.inverse.is_over_ranks();
         self.fixed.is_empty() && affordable

@@ -15,7 +15,7 @@ mod newton;
 mod preconditioner;
 mod stop;
 
-pub use constrained::{MET, relax};
+pub use constrained::{CONSTRAINT_TOLERANCE, relax};
 pub use descent::{Descent, DescentSpec};
 pub(super) use displacement_loading::{AREA_SHARE, lead};
 pub use fire::{Fire, FireSpec};

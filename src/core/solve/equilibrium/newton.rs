@@ -22,7 +22,7 @@ use super::super::counters::Linear;
 use super::super::low_rank::LowRankUpdate;
 use super::gauge::Gauge;
 use super::preconditioner::Preconditioner;
-use super::stop::{FLOOR, iterated, level, reached, stalled};
+use super::stop::{FORCE_FLOOR, iterated, level, reached, stalled};
 use super::{Equilibrium, Goal, Relaxation, is_flat};
 use crate::Vec3;
 use crate::effects::{HessianPart, LowRank};
@@ -100,19 +100,19 @@ impl EquilibriumSpec for NewtonSpec {
 crate::register_kind!(dyn EquilibriumSpec, "newton", NewtonSpec);
 
 /// σ of the first step of a relaxation.
-const FIRST: f64 = 1e-3;
+const INITIAL_SHIFT: f64 = 1e-3;
 /// Below this σ is taken as zero: what remains keeps rigid motions harmless.
-const LEAST: f64 = 1e-10;
+const MIN_SHIFT: f64 = 1e-10;
 /// Above this no step is short enough.
-const LARGEST: f64 = 1e12;
+const MAX_SHIFT: f64 = 1e12;
 /// Most iterations within a trust region: convergence near a minimum is quadratic.
-const NEAR: usize = 100;
+const MAX_NEAR_ITERATIONS: usize = 100;
 /// Most iterations at forces below the tolerance where displacements are bounded as well.
-const AT_REST: usize = 20;
+const MAX_AT_REST_ITERATIONS: usize = 20;
 /// Iterations for the soft modes of a saddle.
 const INVERSE_ITERATIONS: usize = 12;
 /// A share of a step as small as this leaves the trust region.
-const LEAVES: f64 = 0.02;
+const BLOCKED_STEP_SHARE: f64 = 0.02;
 
 /// The solver of this name for `pattern`.
 fn analysed(
@@ -248,7 +248,7 @@ impl<'a> Iterate<'a> {
         let mut length = 1.0;
         if let Some(trust) = goal.trust.filter(|_| balanced) {
             length = trust.longest(self.x, &self.step, length, potential.reduction());
-            if length < LEAVES {
+            if length < BLOCKED_STEP_SHARE {
                 return None;
             }
         }
@@ -292,13 +292,13 @@ impl Newton {
             if (goal.interrupted)() {
                 return Err(SolveError::Interrupted);
             }
-            if !(*sigma < LARGEST) {
+            if !(*sigma < MAX_SHIFT) {
                 return Err(stalled(done, goal));
             }
             self.matrix.add_diagonal((*sigma - shifted) * unit);
             shifted = *sigma;
             let Some(update) = self.factorise(potential.reduction(), &terms) else {
-                saddle |= balanced && *sigma <= LEAST;
+                saddle |= balanced && *sigma <= MIN_SHIFT;
                 *sigma = (8.0 * *sigma).max(1e-6);
                 continue;
             };
@@ -309,7 +309,7 @@ impl Newton {
             self.solve_in(&gauge, &mut at.step, &update);
             // The last step is taken all the same: what is left then is far less.
             let far_off = potential.reduction().largest(&at.step);
-            let last = balanced && *sigma <= LEAST && far_off <= goal.distance_tolerance;
+            let last = balanced && *sigma <= MIN_SHIFT && far_off <= goal.distance_tolerance;
             // Forces that lead out of the trust region and are as small as this tell no direction.
             let Some(length) = at.longest(potential, goal, balanced) else {
                 return Ok(Tried::AtRest);
@@ -328,7 +328,7 @@ impl Newton {
             if e.is_finite() && descends && error <= 1.0 {
                 at.accept(e);
                 // The error of a step grows with its square; near rest with the defect itself.
-                *sigma = (*sigma * (1.2 * error.sqrt()).clamp(0.02, 1.5)).max(LEAST);
+                *sigma = (*sigma * (1.2 * error.sqrt()).clamp(0.02, 1.5)).max(MIN_SHIFT);
                 return Ok(if last { Tried::Last } else { Tried::Taken });
             }
             if last {
@@ -391,11 +391,11 @@ impl Equilibrium for Newton {
         x: &mut [Vec3],
         goal: &Goal<'_>,
     ) -> Result<Relaxation, SolveError> {
-        let most = if goal.trust.is_some() { NEAR } else { usize::MAX };
+        let most = if goal.trust.is_some() { MAX_NEAR_ITERATIONS } else { usize::MAX };
         let goal = &Goal { max_iterations: goal.max_iterations.min(most), ..*goal };
         let mut done = Relaxation::default();
         let mut at = Iterate::new(potential, x);
-        let mut sigma = FIRST;
+        let mut sigma = INITIAL_SHIFT;
         // Iterations with forces below the tolerance.
         let mut rested = 0;
         loop {
@@ -403,15 +403,15 @@ impl Equilibrium for Newton {
             done.energy = at.energy;
             let balanced = reached(potential, &done, goal, at.x)?;
             // Forces as small as none tell nothing about a saddle.
-            let exact = rested >= AT_REST
-                || rested > 0 && done.residual <= FLOOR * goal.tolerance
+            let exact = rested >= MAX_AT_REST_ITERATIONS
+                || rested > 0 && done.residual <= FORCE_FLOOR * goal.tolerance
                 || done.iterations >= goal.max_iterations;
             if balanced && (exact || goal.distance_tolerance == f64::INFINITY) {
                 return Ok(done);
             }
             if balanced && rested == 0 {
                 // Whether it is a minimum, and how far that is, the Hessian alone says.
-                sigma = LEAST;
+                sigma = MIN_SHIFT;
             }
             rested += usize::from(balanced);
             match self.step(potential, &mut at, (goal, &done), &mut sigma, balanced) {
@@ -436,7 +436,7 @@ impl Equilibrium for Newton {
         potential.energy_gradient(x, &mut gradient);
         let gauge = Gauge::new(potential, x, &gradient, self.options.tolerance.get());
         gauge.support(&mut self.matrix, unit);
-        self.matrix.add_diagonal(LEAST * unit);
+        self.matrix.add_diagonal(MIN_SHIFT * unit);
         Some(self.factorise(potential.reduction(), &terms).is_some())
     }
 }

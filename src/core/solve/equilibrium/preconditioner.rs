@@ -142,7 +142,7 @@ impl Preconditioner {
                 "linear solver `{name}` on the positive part of the Hessian, as {why}"
             )];
         }
-        let most = if moving { LARGE_UNDER_DRAG } else { LARGE };
+        let most = if moving { LARGE_UNDER_DRAG } else { LARGE_SHEET };
         if self.for_sheet(vertices, moving) == Self::Multigrid {
             let why = why(format!("the sheet has more than {most} vertices"));
             return vec![format!("multigrid on the positive part of the Hessian, as {why}")];
@@ -151,8 +151,10 @@ impl Preconditioner {
         let double = precision.is_double(vertices);
         let digits = if double { "double" } else { "single" };
         let because = match precision {
-            FactorPrecision::Auto if double => format!("up to {SMALL} vertices it costs little"),
-            FactorPrecision::Auto => format!("the sheet has more than {SMALL} vertices"),
+            FactorPrecision::Auto if double => {
+                format!("up to {SMALL_SHEET} vertices it costs little")
+            }
+            FactorPrecision::Auto => format!("the sheet has more than {SMALL_SHEET} vertices"),
             _ => "equilibrium.precision selects it".to_owned(),
         };
         vec![
@@ -165,7 +167,7 @@ impl Preconditioner {
 
     /// The choice on a sheet of that many vertices, with or without drag.
     pub(super) fn for_sheet(self, vertices: usize, moving: bool) -> Self {
-        let most = if moving { LARGE_UNDER_DRAG } else { LARGE };
+        let most = if moving { LARGE_UNDER_DRAG } else { LARGE_SHEET };
         match self {
             Self::Auto if vertices <= most => Self::Factor,
             Self::Auto => Self::Multigrid,
@@ -177,8 +179,8 @@ impl Preconditioner {
     /// of them where the program has one.
     pub(super) fn for_ranks(self, reduction: &Reduction, rows: usize, moving: bool) -> Self {
         let spread = reduction.distribution().is_some() && self == Self::Auto;
-        match linear_solvers::find(DISTRIBUTED) {
-            Some(_) if spread => Self::Registered(DISTRIBUTED),
+        match linear_solvers::find(DISTRIBUTED_SOLVER) {
+            Some(_) if spread => Self::Registered(DISTRIBUTED_SOLVER),
             None if spread => Self::Factor,
             _ => self.for_sheet(whole(reduction.count(rows)), moving),
         }
@@ -220,22 +222,22 @@ impl FactorPrecision {
         match self {
             Self::Single => false,
             Self::Double => true,
-            Self::Auto => vertices <= SMALL,
+            Self::Auto => vertices <= SMALL_SHEET,
         }
     }
 }
 
 /// The name of the solver that [`Preconditioner::Auto`] is over ranks, where the program has it.
-const DISTRIBUTED: &str = "gamg";
+const DISTRIBUTED_SOLVER: &str = "gamg";
 
 /// Vertices up to which a factor costs little: [`FactorPrecision::Auto`] is double precision, and it is
 /// renewed often.
-pub(super) const SMALL: usize = 6000;
+pub(super) const SMALL_SHEET: usize = 6000;
 
 /// Vertices beyond which [`Preconditioner::Auto`] is multigrid. On the smoothly grown disc of the
 /// scaling bench it is faster at every size, by a third at 30 000; on a sheet that crumples (race A, noise 1)
 /// the factor is faster, and finds a lower minimum. It is kept where it is affordable.
-pub(super) const LARGE: usize = 50_000;
+pub(super) const LARGE_SHEET: usize = 50_000;
 
 /// The same under drag, where minima are near and their softest waves supported: multigrid takes as many iterations
 /// as the factor there, at less cost (`docs/notebook/performance.md`).

@@ -10,7 +10,7 @@ use crate::solve::{SolveError, diagnosis};
 pub(in crate::solve) const COLLAPSED: f64 = 1e-2;
 
 /// Forces below this share of the tolerance are as good as none, whatever they leave of soft modes.
-pub(super) const FLOOR: f64 = 1e-4;
+pub(super) const FORCE_FLOOR: f64 = 1e-4;
 
 /// Whether the goal is reached; otherwise one more iteration may be made.
 ///

@@ -56,7 +56,7 @@ impl From<ImplicitMethod> for OdeMethod {
 /// Tolerances below this one are made proportional to errors.
 const PROPORTIONAL_BELOW: f64 = 1e-4;
 /// Relative tolerances of a step are not below this: round-off would not let a step meet them.
-const FINEST: f64 = 1e-13;
+const FINEST_RTOL: f64 = 1e-13;
 
 pub(in crate::solve) fn default_rtol() -> Positive {
     const { Positive::constant(1e-4) }
@@ -135,7 +135,7 @@ fn local_share(method: ImplicitMethod, rtol: f64) -> f64 {
         ImplicitMethod::Esdirk34 => 3.0,
     };
     let share = (rtol / PROPORTIONAL_BELOW).powf(1.0 / order);
-    share.max(FINEST / rtol).min(1.0)
+    share.max(FINEST_RTOL / rtol).min(1.0)
 }
 
 crate::register_kind!(dyn IntegratorSpec, "monolithic", MonolithicSpec);

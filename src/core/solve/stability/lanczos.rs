@@ -25,7 +25,7 @@ const TOLERANCE: f64 = 1e-9;
 /// Vectors kept before starting again from the best: memory against speed.
 const LONGEST_BASIS: usize = 100;
 /// Starts before giving up.
-const MOST_STARTS: usize = 40;
+const MAX_STARTS: usize = 40;
 /// Steps between two tests of convergence.
 const TEST_INTERVAL: usize = 5;
 /// Relative length below which the Krylov space is exhausted.
@@ -104,7 +104,7 @@ pub(super) fn smallest(
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let mut found: Vec<Pair> = Vec::new();
     let mut start: Option<Vec<Vec3>> = None;
-    for _ in 0..MOST_STARTS {
+    for _ in 0..MAX_STARTS {
         let first = start.take().unwrap_or_else(|| {
             (0..pins.len()).map(|_| Vec3::from_fn(|_, _| random.random_range(-1.0..=1.0))).collect()
         });

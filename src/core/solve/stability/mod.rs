@@ -47,12 +47,12 @@ use crate::tally::Tally;
 /// softest bending mode of a disc with 100 edges along its radius and half an edge thick is at 10⁻⁹.
 const RESOLUTION: f64 = 1e-12;
 /// The resolution is at least so many times the backward error of the factor.
-const MARGIN: f64 = 10.0;
+const RESOLUTION_MARGIN: f64 = 10.0;
 /// A resolution coarser than this, relative as above, says nothing any more.
-const COARSEST: f64 = 1e-4;
+const COARSEST_RESOLUTION: f64 = 1e-4;
 /// σ is lowered by this factor until nothing is below it. Larger factors cost fewer factorisations
 /// and more iterations.
-const LOWER: f64 = 10.0;
+const SHIFT_FACTOR: f64 = 10.0;
 /// Signs of the eigenvalues at a shape.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inertia {
@@ -177,7 +177,7 @@ impl Stability {
         let Inertia { negative, resolution, .. } = inertia;
         let (mut shift, mut below) = (resolution, negative);
         while below > 0 {
-            shift *= LOWER;
+            shift *= SHIFT_FACTOR;
             if !shift.is_finite() {
                 return Err(SolveError::Modes { found: 0, wanted: count });
             }
@@ -244,14 +244,14 @@ fn count(
     control: &Control,
 ) -> Result<Inertia, SolveError> {
     let mut relative = RESOLUTION;
-    while relative <= COARSEST {
+    while relative <= COARSEST_RESOLUTION {
         control.check()?;
         let Count { negative, error } = restricted.factorise(relative * unit)?;
-        if MARGIN * error <= relative {
+        if RESOLUTION_MARGIN * error <= relative {
             let rigid = restricted.rigid().len();
             return Ok(Inertia { negative, rigid, resolution: relative * unit });
         }
-        relative = (MARGIN * error).max(LOWER * relative);
+        relative = (RESOLUTION_MARGIN * error).max(SHIFT_FACTOR * relative);
     }
     Err(SolveError::Linear(LinearError::new(
         "the factor of the indefinite Hessian is dominated by round-off",

@@ -56,7 +56,7 @@ impl Default for StaggeredSpec {
 }
 
 /// Fixed step of Euler's method in a scene that gives none.
-const STEP: f64 = 0.01;
+const DEFAULT_STEP: f64 = 0.01;
 
 fn default_tolerance() -> Positive {
     const { Positive::constant(USUAL) }
@@ -137,7 +137,7 @@ impl IntegratorSpec for StaggeredSpec {
 
     fn rule(&self) -> StepRule {
         match self.method {
-            Method::Euler => StepRule::Fixed(self.step.map_or(STEP, Positive::get)),
+            Method::Euler => StepRule::Fixed(self.step.map_or(DEFAULT_STEP, Positive::get)),
             Method::Heun => StepRule::Controlled {
                 rtol: self.rtol.get(),
                 power: ERROR_POWER,
@@ -150,7 +150,7 @@ impl IntegratorSpec for StaggeredSpec {
     fn explicit_step(&self) -> Option<f64> {
         let euler = self.method == Method::Euler
             && self.chemistry.unwrap_or(self.usual()) == ChemistryMethod::Euler;
-        euler.then(|| self.step.map_or(STEP, Positive::get))
+        euler.then(|| self.step.map_or(DEFAULT_STEP, Positive::get))
     }
 
     fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>> {
@@ -176,7 +176,7 @@ impl IntegratorSpec for StaggeredSpec {
             power: chemistry.power(),
             chemistry: ChemistrySteps::new(chemistry),
             step: match self.method {
-                Method::Euler => Some(self.step.map_or(STEP, Positive::get)),
+                Method::Euler => Some(self.step.map_or(DEFAULT_STEP, Positive::get)),
                 Method::Heun => self.step.map(Positive::get),
             },
             first: None,

@@ -9,7 +9,7 @@ use crate::Vec3;
 use crate::model::{Anchor, Potential, State};
 
 /// Most relaxations one after the other where lengths depend on the shape; each leaves a small part of the force.
-const ROUNDS: usize = 30;
+const MAX_ROUNDS: usize = 30;
 
 /// How a minimum is looked for.
 pub(in crate::solve) struct Minimisation {
@@ -72,7 +72,7 @@ impl Workspace {
             return Ok(done);
         }
         let tolerance = self.force_tolerance();
-        for _ in 1..ROUNDS {
+        for _ in 1..MAX_ROUNDS {
             let residual = self.at(state).residual()?;
             if !(residual > tolerance) {
                 done.residual = residual;

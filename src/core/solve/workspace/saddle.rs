@@ -8,7 +8,7 @@ use crate::Vec3;
 use crate::model::{Potential, State};
 
 /// Vertices up to which a factor of the Hessian says whether a shape is stable.
-const LARGEST: usize = 50_000;
+const MAX_VERTICES: usize = 50_000;
 
 impl Workspace {
     /// The direction that lowers the energy most at `state`, an equilibrium, if one does; its largest displacement is
@@ -26,7 +26,7 @@ impl Workspace {
         };
         // Neither is a spread-out Hessian factorised.
         let spread = model.sheet().reduction().distribution().is_some();
-        if model.is_chemistry_alone() || spread || state.x.len() > LARGEST {
+        if model.is_chemistry_alone() || spread || state.x.len() > MAX_VERTICES {
             return Ok(None);
         }
         let mut at = model.at(state, memory);

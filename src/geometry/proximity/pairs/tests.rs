@@ -77,7 +77,7 @@ fn every(sheet: &Sheet, range: &Range) -> Vec<Pair> {
 fn slow_step(sheet: &Sheet, x: &[Vec3], direction: &[Vec3]) -> f64 {
     let free = |pair: &Pair| {
         let from = at(x, &pair.corners);
-        let least = APPROACH * pair.reach.min(pair.kind.distance(&from));
+        let least = MIN_DISTANCE_SHARE * pair.reach.min(pair.kind.distance(&from));
         pair.kind.free_share(&from, &at(direction, &pair.corners), least)
     };
     every(sheet, &RANGE).iter().map(free).fold(1.0, f64::min)

@@ -16,7 +16,7 @@ impl FloatingPoint {
             return None;
         }
         registers::set(self.0);
-        let kinds = registers::KINDS.iter().filter(|(bits, _)| changed & bits != 0);
+        let kinds = registers::CONTROL_BITS.iter().filter(|(bits, _)| changed & bits != 0);
         let kinds: Vec<&str> = kinds.map(|(_, kind)| *kind).collect();
         Some(format!("leaves floating-point arithmetic changed ({})", kinds.join(", ")))
     }
@@ -27,7 +27,7 @@ mod registers {
     use std::arch::asm;
 
     /// Control bits of MXCSR, and from bit 32 on the control word of the x87 unit.
-    pub(super) const KINDS: [(u64, &str); 4] = [
+    pub(super) const CONTROL_BITS: [(u64, &str); 4] = [
         (0x0c00_0000_6000, "rounding"),
         (0x003f_0000_1f80, "traps"),
         (0x8040, "subnormal numbers are taken for 0: -ffast-math?"),
@@ -35,7 +35,7 @@ mod registers {
     ];
 
     /// All of MXCSR but the flags of what has happened.
-    const CONTROL: u32 = 0xffc0;
+    const CONTROL_MASK: u32 = 0xffc0;
 
     pub(super) fn now() -> u64 {
         let (mut mxcsr, mut word) = (0_u32, 0_u16);
@@ -44,7 +44,7 @@ mod registers {
             asm!("stmxcsr [{}]", in(reg) &raw mut mxcsr, options(nostack, preserves_flags));
             asm!("fnstcw [{}]", in(reg) &raw mut word, options(nostack, preserves_flags));
         }
-        u64::from(mxcsr & CONTROL) | u64::from(word) << 32
+        u64::from(mxcsr & CONTROL_MASK) | u64::from(word) << 32
     }
 
     pub(super) fn set(registers: u64) {
@@ -64,7 +64,7 @@ mod registers {
     use std::arch::asm;
 
     /// Control bits of FPCR.
-    pub(super) const KINDS: [(u64, &str); 3] = [
+    pub(super) const CONTROL_BITS: [(u64, &str); 3] = [
         (3 << 22, "rounding"),
         (0x9f00, "traps"),
         (1 << 24, "subnormal numbers are taken for 0: -ffast-math?"),
@@ -85,7 +85,7 @@ mod registers {
 
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 mod registers {
-    pub(super) const KINDS: [(u64, &str); 0] = [];
+    pub(super) const CONTROL_BITS: [(u64, &str); 0] = [];
 
     pub(super) fn now() -> u64 {
         0

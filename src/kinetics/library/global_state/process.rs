@@ -21,17 +21,17 @@ type Directory = (u64, u64);
 
 static REFERENCE: OnceLock<Reference> = OnceLock::new();
 /// Other files that must stay open.
-static KEPT: RwLock<Vec<RawFd>> = RwLock::new(Vec::new());
+static KEPT_FILES: RwLock<Vec<RawFd>> = RwLock::new(Vec::new());
 
 /// Descriptor from which duplicates are numbered: beyond what a loop over all files would close.
-const BEYOND: libc::c_int = 1000;
+const MIN_DUPLICATE: libc::c_int = 1000;
 
 /// Records the state that no call may modify.
 pub(super) fn record_reference() {
     REFERENCE.get_or_init(|| {
         let duplicate = |file: RawFd| {
             // SAFETY: duplicates a descriptor; fails where it is not open.
-            let duplicate = unsafe { libc::fcntl(file, libc::F_DUPFD_CLOEXEC, BEYOND) };
+            let duplicate = unsafe { libc::fcntl(file, libc::F_DUPFD_CLOEXEC, MIN_DUPLICATE) };
             (duplicate >= 0).then_some((file, duplicate))
         };
         Reference {
@@ -46,7 +46,7 @@ pub(super) fn record_reference() {
 /// Adds a file that must stay open.
 #[cfg(target_os = "linux")]
 pub(in crate::library) fn keep_open(file: RawFd) {
-    KEPT.write().unwrap_or_else(std::sync::PoisonError::into_inner).push(file);
+    KEPT_FILES.write().unwrap_or_else(std::sync::PoisonError::into_inner).push(file);
 }
 
 /// Restores the state after a call; says what the plugin has changed. Never returns in a copy of the process.
@@ -73,7 +73,7 @@ pub(super) fn restore() -> Option<&'static str> {
         // SAFETY: gives a descriptor of ours the number that was closed.
         unsafe { libc::dup2(*duplicate, *file) };
     }
-    let kept = KEPT.read().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let kept = KEPT_FILES.read().unwrap_or_else(std::sync::PoisonError::into_inner);
     closed |= kept.iter().any(|file| !is_open(*file));
     closed.then_some("closes files that are not its own")
 }

@@ -12,14 +12,14 @@ use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
 use std::time::{Duration, Instant};
 
 use super::super::signal_meaning;
-use super::memory::{ANSWERED, ASKED, CALLS, IDLE, LOCATIONS, Lane, Memory};
+use super::memory::{ANSWERED, CALLS, IDLE, LOCATIONS, Lane, Memory, REQUESTED};
 use super::reply::CallProblem;
 use super::{Isolation, SERVE_ARGUMENT};
 use crate::KineticsError;
 use crate::descriptor::{Descriptor, Location};
 
 /// Between two looks whether the child is still there.
-const PAUSE: Duration = Duration::from_millis(20);
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 /// A process that serves a plugin.
 #[derive(Debug)]
@@ -116,7 +116,7 @@ impl Process {
         head.first.store(asked.first as u64, Ordering::Relaxed);
         head.count.store(asked.count as u64, Ordering::Relaxed);
         self.under_way.fetch_add(1, Ordering::Relaxed);
-        lane.hand_over(ASKED);
+        lane.hand_over(REQUESTED);
         let answered = self.wait(lane, asked);
         self.under_way.fetch_sub(1, Ordering::Relaxed);
         answered?;
@@ -127,7 +127,7 @@ impl Process {
     /// Waits for the answer to a call; ends the child if it does not come in time.
     fn wait(&self, lane: &Lane, asked: &Asked) -> Result<(), KineticsError> {
         let begin = Instant::now();
-        while !lane.wait_for(ANSWERED, PAUSE) {
+        while !lane.wait_for(ANSWERED, POLL_INTERVAL) {
             let mut child = lock(&self.child);
             if let Ok(Some(status)) = child.try_wait() {
                 // It may have answered and then ended, for another call.

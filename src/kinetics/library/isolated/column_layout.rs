@@ -10,7 +10,7 @@ use super::memory::Lane;
 
 /// Bytes of a line of the cache.
 const CACHE_LINE: usize = 64;
-const WORD: usize = size_of::<u64>();
+const WORD_BYTES: usize = size_of::<u64>();
 
 /// Where the columns are: offset into the data, and values.
 #[derive(Debug)]
@@ -28,10 +28,10 @@ impl ColumnLayout {
         outputs: usize,
         count: usize,
     ) -> Option<Self> {
-        let mut bytes = vary.len().checked_mul(WORD)?.checked_next_multiple_of(CACHE_LINE)?;
+        let mut bytes = vary.len().checked_mul(WORD_BYTES)?.checked_next_multiple_of(CACHE_LINE)?;
         let mut next = |values: usize, margin: usize| -> Option<(usize, usize)> {
             let start = bytes;
-            let end = start.checked_add(values.checked_mul(WORD)?)?;
+            let end = start.checked_add(values.checked_mul(WORD_BYTES)?)?;
             bytes = end.checked_next_multiple_of(CACHE_LINE)?.checked_add(margin)?;
             Some((start, values))
         };
@@ -45,9 +45,9 @@ impl ColumnLayout {
     /// The words from the end of an output to the next column.
     pub(super) fn guard(&self, output: usize) -> (usize, usize) {
         let (start, values) = self.outputs[output];
-        let end = start + values * WORD;
+        let end = start + values * WORD_BYTES;
         let next = self.outputs.get(output + 1).map_or(self.bytes, |next| next.0);
-        (end, (next - end) / WORD)
+        (end, (next - end) / WORD_BYTES)
     }
 }
 

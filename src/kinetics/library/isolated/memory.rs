@@ -16,20 +16,20 @@ use std::time::{Duration, Instant};
 use crate::descriptor::Location;
 
 /// Bytes of the address space of a lane; what is not written to needs no memory.
-const LANE: usize = 1 << 34;
+const LANE_BYTES: usize = 1 << 34;
 /// Bytes before the data of a lane.
-pub(super) const PAGE: usize = 4096;
+pub(super) const LANE_HEADER_BYTES: usize = 4096;
 /// Bytes of a lane at the start.
-const SMALL: usize = 1 << 16;
+const INITIAL_LANE_BYTES: usize = 1 << 16;
 
 /// Looks before cores are offered to others, and before sleep.
-const LOOKS: u32 = 200;
-const OFFERS: u32 = 20;
+const SPINS_BEFORE_YIELD: u32 = 200;
+const YIELDS_BEFORE_SLEEP: u32 = 20;
 
 /// No request is pending, or the answer was taken.
 pub(super) const IDLE: u32 = 0;
 /// The child is to work.
-pub(super) const ASKED: u32 = 1;
+pub(super) const REQUESTED: u32 = 1;
 /// The parent is to read.
 pub(super) const ANSWERED: u32 = 2;
 
@@ -38,7 +38,7 @@ const CHILD: usize = 0;
 const PARENT: usize = 1;
 
 fn waiter(turn: u32) -> usize {
-    if turn == ASKED { CHILD } else { PARENT }
+    if turn == REQUESTED { CHILD } else { PARENT }
 }
 
 /// Calls by their numbers in a [`Head`].
@@ -95,7 +95,7 @@ impl Memory {
         }
         // SAFETY: just opened, and not shared.
         let file = unsafe { File::from_raw_fd(file) };
-        file.set_len(u64::try_from(lanes * LANE).unwrap_or(u64::MAX))?;
+        file.set_len(u64::try_from(lanes * LANE_BYTES).unwrap_or(u64::MAX))?;
         let seals = libc::F_SEAL_SHRINK | libc::F_SEAL_GROW | libc::F_SEAL_SEAL;
         // SAFETY: the file is open. Without its end no access can fail that was possible before.
         if unsafe { libc::fcntl(file.as_raw_fd(), libc::F_ADD_SEALS, seals) } < 0 {
@@ -115,7 +115,7 @@ impl Memory {
 
     /// The lane of this number.
     pub(super) fn lane(&self, number: usize) -> io::Result<Lane> {
-        Lane::new(self, number * LANE, SMALL)
+        Lane::new(self, number * LANE_BYTES, INITIAL_LANE_BYTES)
     }
 }
 
@@ -166,21 +166,21 @@ impl Lane {
     /// # Errors
     /// If the system has no room.
     pub(super) fn room(&mut self, bytes: usize) -> io::Result<()> {
-        let wanted = bytes.saturating_add(PAGE).next_multiple_of(PAGE);
+        let wanted = bytes.saturating_add(LANE_HEADER_BYTES).next_multiple_of(LANE_HEADER_BYTES);
         if wanted <= self.bytes {
             return Ok(());
         }
-        if wanted > LANE {
+        if wanted > LANE_BYTES {
             return Err(io::ErrorKind::OutOfMemory.into());
         }
-        *self = Self::new(&self.memory, self.offset, wanted.max(2 * self.bytes).min(LANE))?;
+        *self = Self::new(&self.memory, self.offset, wanted.max(2 * self.bytes).min(LANE_BYTES))?;
         Ok(())
     }
 
     /// The data, of as many bytes as there was [`Lane::room`] made for.
     pub(super) fn data(&self) -> *mut u8 {
         // SAFETY: every lane is longer than a page.
-        unsafe { self.base.add(PAGE) }
+        unsafe { self.base.add(LANE_HEADER_BYTES) }
     }
 
     /// Puts a text at the start of the data.
@@ -241,11 +241,15 @@ impl Lane {
     pub(super) fn wait_for(&self, wanted: u32, patience: Duration) -> bool {
         let (head, asleep) = (self.head(), &self.head().asleep[waiter(wanted)]);
         let come = || head.turn.load(Ordering::Acquire) == wanted;
-        for look in 0..LOOKS + OFFERS {
+        for look in 0..SPINS_BEFORE_YIELD + YIELDS_BEFORE_SLEEP {
             if come() {
                 return true;
             }
-            if look < LOOKS { std::hint::spin_loop() } else { std::thread::yield_now() }
+            if look < SPINS_BEFORE_YIELD {
+                std::hint::spin_loop()
+            } else {
+                std::thread::yield_now()
+            }
         }
         let end = Instant::now() + patience;
         loop {

@@ -13,9 +13,9 @@ use super::super::global_state::{check_global_state, keep_open};
 use super::super::{Library, PluginKinetics, take_destroy_error};
 use super::column_layout::ColumnLayout;
 use super::grown::Grown;
-use super::memory::{ANSWERED, ASKED, CALLS, Head, LOCATIONS, Lane, Memory};
+use super::memory::{ANSWERED, CALLS, Head, LOCATIONS, Lane, Memory, REQUESTED};
 use super::reply::{CallProblem, CreateRequest};
-use crate::batch::{Batch, Column, UNTOUCHED};
+use crate::batch::{Batch, Column, UNWRITTEN_BITS};
 use crate::{Kinetics, KineticsError, Location, Outcome, Quantity};
 
 /// Bytes of stack of a thread: what the main one has elsewhere.
@@ -68,7 +68,7 @@ fn begin(lanes: usize) -> io::Result<RawFd> {
         let state = Arc::clone(&state);
         let work = move || {
             loop {
-                if lane.wait_for(ASKED, CHECK_INTERVAL) {
+                if lane.wait_for(REQUESTED, CHECK_INTERVAL) {
                     state.answer(&mut lane);
                     lane.hand_over(ANSWERED);
                 }
@@ -207,7 +207,7 @@ impl ServerState {
             if *vary { data.into() } else { Column::uniform(&data[0]) }
         };
         let all: Vec<Column<'_>> = columns.inputs.iter().zip(&vary).map(column).collect();
-        let untouched = f64::from_bits(UNTOUCHED);
+        let untouched = f64::from_bits(UNWRITTEN_BITS);
         let mut out: Vec<&mut [f64]> = Vec::with_capacity(values + partials);
         for (k, place) in columns.outputs.iter().enumerate() {
             // SAFETY: there is room, it is our turn, and no two columns overlap.
@@ -231,7 +231,7 @@ impl ServerState {
         for k in 0..columns.outputs.len() {
             // SAFETY: as above; no other reference to these exists.
             let guard = unsafe { lane.values(columns.guard(k)) };
-            if outcome.is_ok() && guard.iter().any(|value| value.to_bits() != UNTOUCHED) {
+            if outcome.is_ok() && guard.iter().any(|value| value.to_bits() != UNWRITTEN_BITS) {
                 let (output, law) = (k + 1, law.descriptor().title());
                 let beyond = KineticsError::WritesBeyond { law, call, output, points: count };
                 return Ok((Err(beyond), columns.bytes));

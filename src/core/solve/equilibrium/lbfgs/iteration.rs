@@ -1,10 +1,10 @@
 //! The iteration of one relaxation: direction, step length, and when it ends.
 
-use super::super::preconditioner::SMALL;
-use super::super::stop::{COLLAPSED, FLOOR, iterated, level, reached};
+use super::super::preconditioner::SMALL_SHEET;
+use super::super::stop::{COLLAPSED, FORCE_FLOOR, iterated, level, reached};
 use super::super::{Goal, Relaxation, Trust};
 use super::progress::{Outcome, Progress};
-use super::{Collapse, Gauge, Lbfgs, MOST_SHIFT, NEARLY_AT_REST, SHIFT};
+use super::{Collapse, DIAGONAL_SHIFT, Gauge, Lbfgs, MAX_SHIFT, NEARLY_AT_REST};
 use crate::Vec3;
 use crate::model::{Anchor, Potential};
 use crate::num::checked::AtLeast;
@@ -17,32 +17,32 @@ use crate::solve::SolveError;
 /// iterations with one factor far from rest, differences in the last digit grow to other minima
 /// (`docs/notebook/sensitivity.md`); a fresh one every five needs fewer iterations and no more time where a
 /// factor is cheap. Near rest it is the memory that finds what is soft, and a fresh factor empties it.
-pub(super) const REFRESH: (usize, usize) = (5, 15);
+pub(super) const REFRESH_INTERVALS: (usize, usize) = (5, 15);
 /// The same for a plain metric, by whether it is learnt from steps alone, which a start from nothing costs some
 /// steps. On Model I, loosely relaxed, 30 needed a seventh less iterations than 100 with blocks.
-const REFRESH_PLAIN: (usize, usize) = (30, 100);
+const PLAIN_REFRESH_INTERVALS: (usize, usize) = (30, 100);
 /// Sufficient decrease.
 const ARMIJO: f64 = 1e-4;
 /// Halvings of a step that the energy asked for, on average between two factorisations, from which on the
 /// metric is too soft: the shift grows.
-const SOFT: usize = 3;
+const SOFT_METRIC_HALVINGS: usize = 3;
 /// A factor made for weights of an anchor that differ by less than this serves. Not the factor by which steps
 /// grow: there the last digit would decide.
-const OTHER_WEIGHT: f64 = 2.5;
+const WEIGHT_RATIO_TOLERANCE: f64 = 2.5;
 /// Weights below this, in units of the stretching stiffness, are as good as none where a path is followed, by one
 /// minimisation with a weight and one without in turn.
-const NO_WEIGHT: f64 = 1e-5;
+const NEGLIGIBLE_WEIGHT: f64 = 1e-5;
 /// Most iterations at forces below the tolerance, where displacements are bounded as well: a floppy sheet has modes
 /// without stiffness.
-const AT_REST: usize = 50;
+const MAX_AT_REST_ITERATIONS: usize = 50;
 /// A relaxation leaves its trust region where this allows less than such a share of a step.
-const LEAVES: f64 = 0.02;
+const BLOCKED_STEP_SHARE: f64 = 0.02;
 /// Falls of the energy below this share of it count as none where a triangle has collapsed.
-const NO_FALL: f64 = 1e-6;
+const NEGLIGIBLE_FALL: f64 = 1e-6;
 /// Iterations after which an iteration that may turn triangles over is taken to go around the kink of one.
-const KINK: usize = 25;
+const KINK_ITERATIONS: usize = 25;
 /// Shortest step tried, as a share of the proposed one.
-const SHORTEST: f64 = 1e-8;
+const MIN_STEP_SHARE: f64 = 1e-8;
 
 /// What stays the same during one relaxation.
 struct Rules {
@@ -95,15 +95,15 @@ impl Iterate {
     /// Whether forces are below the tolerance and nothing more is asked for.
     fn is_at_rest(&mut self, balanced: bool, goal: &Goal<'_>) -> bool {
         self.rested += usize::from(balanced);
-        let exact = self.rested > AT_REST
-            || self.done.residual <= FLOOR * goal.tolerance
+        let exact = self.rested > MAX_AT_REST_ITERATIONS
+            || self.done.residual <= FORCE_FLOOR * goal.tolerance
             || self.done.iterations >= goal.max_iterations;
         balanced && (exact || goal.distance_tolerance == f64::INFINITY)
     }
 
     /// Whether the energy `e` is lower by more than round-off.
     fn falls_to(&self, e: f64) -> bool {
-        e < self.energy - NO_FALL * self.energy.abs()
+        e < self.energy - NEGLIGIBLE_FALL * self.energy.abs()
     }
 
     /// Takes over residual and energy of the iterate.
@@ -193,7 +193,7 @@ impl Lbfgs {
         let at = Iterate::new(gradient, energy);
         let rules = self.begin(potential, goal);
         let kinks = rules.turns && self.inverse.is_vertexwise();
-        let patience = if kinks { patience.min(KINK) } else { patience };
+        let patience = if kinks { patience.min(KINK_ITERATIONS) } else { patience };
         let progress = Progress::new(energy, potential.residual(&at.gradient), patience);
         (at, rules, progress)
     }
@@ -227,9 +227,9 @@ impl Lbfgs {
         self.try_full_below = if anchor.is_some() { f64::INFINITY } else { NEARLY_AT_REST };
         self.supported = anchor.is_some() && goal.trust.is_none();
         let unit = potential.force_scale() / potential.metric().mean_edge();
-        let floor = if goal.trust.is_some() { NO_WEIGHT * unit } else { 0.0 };
+        let floor = if goal.trust.is_some() { NEGLIGIBLE_WEIGHT * unit } else { 0.0 };
         let ratio = (weight + floor) / (self.factor.weight + floor);
-        let fits = weight == self.factor.weight || ratio.ln().abs() <= OTHER_WEIGHT.ln();
+        let fits = weight == self.factor.weight || ratio.ln().abs() <= WEIGHT_RATIO_TOLERANCE.ln();
         self.factor.ready &= fits;
         // Pairs from another rest metric would mix two energies.
         self.history.clear();
@@ -250,22 +250,22 @@ impl Lbfgs {
         goal: &Goal<'_>,
         (rules, at): (&Rules, &mut Iterate),
     ) -> Result<(), SolveError> {
-        if at.age > 0 && at.halvings > SOFT * at.age {
+        if at.age > 0 && at.halvings > SOFT_METRIC_HALVINGS * at.age {
             self.stiffen();
         }
         self.keep_marked();
         self.gauge = Gauge::of(potential, x, &at.gradient, goal);
         self.refactor(potential, x, at.done.residual)?;
         self.factor.weight = rules.weight;
-        at.stiffest = self.factor.shift >= MOST_SHIFT || self.inverse.is_matrix_free();
-        self.factor.shift = (0.1 * self.factor.shift).max(SHIFT);
-        let small = potential.reduction().count(x.len()) <= real(SMALL);
+        at.stiffest = self.factor.shift >= MAX_SHIFT || self.inverse.is_matrix_free();
+        self.factor.shift = (0.1 * self.factor.shift).max(DIAGONAL_SHIFT);
+        let small = potential.reduction().count(x.len()) <= real(SMALL_SHEET);
         let far = small && at.done.residual > NEARLY_AT_REST;
         let usual = match (self.inverse.is_vertexwise(), far) {
-            (true, _) if self.inverse.is_matrix_free() => REFRESH_PLAIN.1,
-            (true, _) => REFRESH_PLAIN.0,
-            (false, true) => REFRESH.0,
-            (false, false) => REFRESH.1,
+            (true, _) if self.inverse.is_matrix_free() => PLAIN_REFRESH_INTERVALS.1,
+            (true, _) => PLAIN_REFRESH_INTERVALS.0,
+            (false, true) => REFRESH_INTERVALS.0,
+            (false, false) => REFRESH_INTERVALS.1,
         };
         self.factor.refresh = self.options.refresh.map_or(usual, AtLeast::get);
         (at.halvings, at.age) = (0, 0);
@@ -304,7 +304,7 @@ impl Lbfgs {
             if length < whole_step && (goal.interrupted)() {
                 return Err(SolveError::Interrupted);
             }
-            if length < SHORTEST || !length.is_finite() {
+            if length < MIN_STEP_SHARE || !length.is_finite() {
                 return Ok(None);
             }
             let d = &at.d;
@@ -365,5 +365,5 @@ fn within(
 ) -> Option<f64> {
     let Some(trust) = trust else { return Some(most) };
     let within = trust.longest(x, d, most, reduction);
-    (!(within < LEAVES * most)).then_some(within)
+    (!(within < BLOCKED_STEP_SHARE * most)).then_some(within)
 }

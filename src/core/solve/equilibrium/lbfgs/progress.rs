@@ -8,18 +8,18 @@ const PATIENCE: usize = 150;
 /// Steps of Newton's method when it takes over.
 const HANDED_OVER: usize = 50;
 /// Both are larger by this factor every time that Newton's method has had its turn.
-const LONGER: usize = 2;
+const PATIENCE_GROWTH: usize = 2;
 /// Share of the whole fall of the energy that counts as progress.
-const LITTLE: f64 = 0.01;
+const MIN_PROGRESS_SHARE: f64 = 0.01;
 
 /// Iterations after which progress is judged, when Newton's method has had so many turns.
 pub(super) fn patience(turns: u32) -> usize {
-    PATIENCE.saturating_mul(LONGER.saturating_pow(turns))
+    PATIENCE.saturating_mul(PATIENCE_GROWTH.saturating_pow(turns))
 }
 
 /// Steps of Newton's method at its turn number so much, from 0.
 pub(super) fn handed_over(turn: u32) -> usize {
-    HANDED_OVER.saturating_mul(LONGER.saturating_pow(turn))
+    HANDED_OVER.saturating_mul(PATIENCE_GROWTH.saturating_pow(turn))
 }
 
 /// How the iteration ended.
@@ -58,7 +58,7 @@ impl Progress {
         }
         let fall = self.energy.1 - done.energy;
         let poor = self.residual.1 > 0.5 * self.residual.0
-            && fall < LITTLE * (self.energy.0 - done.energy);
+            && fall < MIN_PROGRESS_SHARE * (self.energy.0 - done.energy);
         self.judged = done.iterations;
         self.energy.1 = done.energy;
         self.residual.0 = self.residual.1;

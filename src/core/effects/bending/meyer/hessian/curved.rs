@@ -18,7 +18,7 @@ use crate::geometry::{Face, Shape};
 use crate::linear::{Block, BlockMatrix, Sink, Stencils};
 
 /// Ring sizes up to which nothing is allocated.
-const RING: usize = 12;
+const INLINE_RING: usize = 12;
 
 /// First derivatives of what one vertex gathers, by one vertex of its ring.
 #[derive(Debug, Clone, Copy)]
@@ -156,8 +156,9 @@ pub(super) fn add(
 ) {
     rings.assemble(into, |i, sink| {
         let size = sink.vertices().len();
-        if size <= RING {
-            let (mut ring, mut factors) = ([RingDerivatives::ZERO; RING], [Factors::ZERO; RING]);
+        if size <= INLINE_RING {
+            let (mut ring, mut factors) =
+                ([RingDerivatives::ZERO; INLINE_RING], [Factors::ZERO; INLINE_RING]);
             let few = (&mut ring[..size], &mut factors[..size]);
             add_ring(at, curved, (shape, full), (i, sink), few);
         } else {

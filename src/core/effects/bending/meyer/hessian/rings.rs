@@ -11,7 +11,7 @@ use crate::linear::{Elements, Packed, Rows, Sink};
 use crate::parallel::simd::Simd;
 
 /// Ring sizes up to which nothing is allocated.
-const RING: usize = 12;
+const INLINE_RING: usize = 12;
 
 /// Outer part of the interior vertices.
 pub(super) struct Outer<'a> {
@@ -63,12 +63,12 @@ impl Outer<'_> {
     fn add_all<S: Simd, const K: usize>(&self, simd: S, elements: &[u32], rows: &mut Rows<'_>) {
         let zero = Packed([simd.splat(0.0); 2], 0.0);
         let factors = Factors { left: [zero; K], right: [zero; K] };
-        let (mut few, mut few_factors) = ([Derivatives::ZERO; RING], [factors; RING]);
+        let (mut few, mut few_factors) = ([Derivatives::ZERO; INLINE_RING], [factors; INLINE_RING]);
         let (mut many, mut many_factors) = (Vec::new(), Vec::new());
         for &i in elements {
             let mut sink = rows.sink(i);
             let size = sink.vertices().len();
-            let (ring, factors) = if size <= RING {
+            let (ring, factors) = if size <= INLINE_RING {
                 (&mut few[..size], &mut few_factors[..size])
             } else {
                 many.resize(size, Derivatives::ZERO);
