@@ -14,7 +14,9 @@ use std::time::Instant;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use rumple::kinetics::formula::FormulaKinetics;
-use rumple::kinetics::{Batch, Feedback, Kinetics, Library, Location, Quantity, Search, field};
+use rumple::kinetics::{
+    Batch, Feedback, Kinetics, Library, Location, PluginSearch, Quantity, field,
+};
 use rumple::scene::Scene;
 
 #[path = "kinetics/laws.rs"]
@@ -30,7 +32,7 @@ fn kinetics(criterion: &mut Criterion) {
     // The bench runs from target/release/deps; the plugins are one level up.
     let executable = std::env::current_exe().expect("an executable");
     let directory = executable.ancestors().nth(2).expect("a target directory").to_owned();
-    let search = Search::in_directories(vec![directory]);
+    let search = PluginSearch::in_directories(vec![directory]);
     let fraction = |k: usize| (rumple::num::real(k) * 0.618_033_988_749_894_9).fract();
     let species: Vec<f64> = (0..POINTS).map(|k| 0.2 * fraction(k)).collect();
 

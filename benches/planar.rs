@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 use clap::Parser;
 use rumple::effects::HessianPart;
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 use rumple::scene::Scene;
 use rumple::{Simulation, Vec3};
 use rumple_numerics::linear::{BlockCholesky, BlockMatrix};
@@ -110,7 +110,7 @@ fn scene(options: &Options, case: &str, small: bool) -> Result<Scene> {
 
 fn child(options: &Options, case: &str, small: bool) -> Result<()> {
     let scene = scene(options, case, small)?;
-    let mut simulation = Simulation::new(&scene, &Search::from_environment(&[]))?;
+    let mut simulation = Simulation::new(&scene, &PluginSearch::from_environment(&[]))?;
     let start = cpu_seconds()?;
     simulation.prepare()?;
     while simulation.state().time < options.until {

@@ -3,7 +3,7 @@
 //! `cargo run --release --example 02_scene_from_code`
 
 use rumple::Simulation;
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 use rumple::scene::Scene;
 
 const SCENE: &str = r#"
@@ -23,7 +23,7 @@ time = { until = 1.0 }
 /// None is expected.
 pub fn main() -> rumple::Result<()> {
     let scene = Scene::parse(SCENE, "annulus.toml", &[])?;
-    let mut simulation = Simulation::new(&scene, &Search::in_directories(Vec::new()))?;
+    let mut simulation = Simulation::new(&scene, &PluginSearch::in_directories(Vec::new()))?;
     let done = simulation.relax()?;
     println!("{} vertices, residual {:.1e}", simulation.sheet().vertex_count(), done.residual);
     assert_eq!(done.iterations, 0);

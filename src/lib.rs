@@ -18,7 +18,7 @@
 //! formulas: stretch makes c, and c makes the sheet grow.
 //!
 //! ```
-//! use rumple::{Simulation, kinetics::Search, scene::Scene};
+//! use rumple::{Simulation, kinetics::PluginSearch, scene::Scene};
 //!
 //! let text = r#"
 //!     sheet = { shape = "disc", radius = 10.0, vertices = 300 }
@@ -36,7 +36,7 @@
 //!     length_factor = "1 + 0.1*c"
 //! "#;
 //! let scene = Scene::parse(text, "dome.toml", &[])?;      // of a file: Scene::load
-//! let mut simulation = Simulation::new(&scene, &Search::from_environment(&[]))?;
+//! let mut simulation = Simulation::new(&scene, &PluginSearch::from_environment(&[]))?;
 //! simulation.prepare()?;                                  // the first equilibrium
 //! while simulation.state().time < 1.0 {
 //!     let report = simulation.step(1.0)?;                 // not beyond time 1
@@ -61,7 +61,7 @@
 //!
 //! ```
 //! use rumple::output::{Interrupt, Mode, Progress, ResultDirectory};
-//! # use rumple::{Simulation, kinetics::Search, scene::Scene};
+//! # use rumple::{Simulation, kinetics::PluginSearch, scene::Scene};
 //! # let text = r#"
 //! #     sheet = { shape = "sphere", radius = 2.0, vertices = 100 }
 //! #     effect = [{ kind = "diffusion", species = "c", coefficient = 0.5 }]
@@ -70,7 +70,7 @@
 //! #     kinetics = { rates = { c = "1 - c" } }
 //! # "#;
 //! # let scene = Scene::parse(text, "dome.toml", &[])?;
-//! # let mut simulation = Simulation::new(&scene, &Search::from_environment(&[]))?;
+//! # let mut simulation = Simulation::new(&scene, &PluginSearch::from_environment(&[]))?;
 //! # let folder = std::env::temp_dir().join(format!("rumple-front-{}", std::process::id()));
 //!
 //! let directory = ResultDirectory::prepare(&folder, false)?;

@@ -9,7 +9,7 @@ use std::fs;
 
 use rumple::Simulation;
 use rumple::Vec3;
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 use rumple::num::real;
 use rumple::output::{Interrupt, Mode, Progress, ResultDirectory};
 use rumple::run::run;
@@ -198,7 +198,7 @@ fn ours(
     let executable = std::env::current_exe()?;
     let folder = executable.ancestors().nth(2).ok_or("no target directory")?.to_owned();
     let began = cpu_seconds()?;
-    let mut simulation = Simulation::new(&scene, &Search::in_directories(vec![folder]))?;
+    let mut simulation = Simulation::new(&scene, &PluginSearch::in_directories(vec![folder]))?;
     simulation.state_mut().x.copy_from_slice(&start);
     let directory = ResultDirectory::prepare(&options.out.join(&name), true)?;
     let mut progress = Progress::new(Mode::Lines, 0.0, until);

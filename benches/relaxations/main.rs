@@ -27,7 +27,7 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 use rumple::Simulation;
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 use rumple::sheet::quality::triangle_angles;
 use rumple::solve::Control;
 
@@ -102,7 +102,7 @@ fn child(options: &Options, name: &str, method: &str) -> Result<()> {
     keys.extend((!set.is_empty()).then(|| (*set).to_owned()));
     let scene = entry.scene(&keys)?;
     let release = Path::new("target/release").to_owned();
-    let mut simulation = Simulation::new(&scene, &Search::from_environment(&[release]))?;
+    let mut simulation = Simulation::new(&scene, &PluginSearch::from_environment(&[release]))?;
     let tolerance = simulation.force_tolerance();
     let before = cpu_seconds()?;
     simulation.set_control(limited(before + options.limit));

@@ -15,7 +15,7 @@
 use std::sync::Arc;
 
 use rumple::Simulation;
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 use rumple::num::real;
 use rumple::scene::Scene;
 use rumple::sheet::Sheet;
@@ -72,7 +72,7 @@ pub fn ring(vertices: usize, (policy, integrator): (&str, &str)) -> Outcome<Samp
     let time = format!("{{ policy = \"{policy}\", until = 1.0, integrator = {integrator} }}");
     let text = text(vertices, &format!("-{DECAY:?}*m"), 1.0, &time);
     let scene = Scene::parse(&text, "known_answers", &[])?;
-    let mut simulation = Simulation::new(&scene, &Search::in_directories(Vec::new()))?;
+    let mut simulation = Simulation::new(&scene, &PluginSearch::in_directories(Vec::new()))?;
     simulation.prepare()?;
     while simulation.state().time < 1.0 {
         simulation.step(1.0)?;

@@ -8,7 +8,7 @@
 //! * C3: a Gaussian carried round a sphere by a rigid rotation: it keeps its shape;
 //! * C4: growth rates σ of a spherical harmonic of degree l by cross-diffusion: the eigenvalues of A - l(l+1) D.
 
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 use rumple::num::real;
 use rumple::scene::Scene;
 use rumple::sheet::Sheet;
@@ -27,7 +27,7 @@ pub const CARRIED: &str =
 /// The scene `text` from the values `start` of the species at the vertices to its end.
 fn run(text: &str, start: impl Fn(&Vec3) -> Vec<f64>) -> Outcome<Simulation> {
     let scene = Scene::parse(text, "known_answers", &[])?;
-    let mut simulation = Simulation::new(&scene, &Search::in_directories(Vec::new()))?;
+    let mut simulation = Simulation::new(&scene, &PluginSearch::in_directories(Vec::new()))?;
     let rest = simulation.sheet().rest().to_vec();
     for (i, x) in rest.iter().enumerate() {
         for (s, value) in start(x).into_iter().enumerate() {

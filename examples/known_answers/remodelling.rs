@@ -14,7 +14,7 @@
 use std::sync::Arc;
 
 use rumple::effects::Material;
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 use rumple::num::checked::Positive;
 use rumple::num::real;
 use rumple::problem::Problem;
@@ -63,7 +63,7 @@ fn scene(vertices: usize, time: &str, effects: &str) -> Outcome<Scene> {
 /// The same, at rest at time 0.
 fn strip(vertices: usize, time: &str, effects: &str) -> Outcome<Simulation> {
     let scene = scene(vertices, time, effects)?;
-    Ok(Simulation::new(&scene, &Search::in_directories(Vec::new()))?)
+    Ok(Simulation::new(&scene, &PluginSearch::in_directories(Vec::new()))?)
 }
 
 /// Effects of `scene` on another sheet, with the same tolerances.

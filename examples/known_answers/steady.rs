@@ -29,7 +29,7 @@
 use std::sync::Arc;
 
 use rumple::Simulation;
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 use rumple::model::Model;
 use rumple::scene::Scene;
 use rumple::solve::Control;
@@ -45,7 +45,7 @@ pub(super) struct Scenes<T: Fn(f64) -> String>(pub(super) T);
 impl<T: Fn(f64) -> String> Scenes<T> {
     pub(super) fn simulation(&self, parameter: f64) -> Outcome<Simulation> {
         let scene = Scene::parse(&self.0(parameter), "known_answers", &[])?;
-        Ok(Simulation::new(&scene, &Search::in_directories(Vec::new()))?)
+        Ok(Simulation::new(&scene, &PluginSearch::in_directories(Vec::new()))?)
     }
 }
 

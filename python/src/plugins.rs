@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 
 /// The folder of the package that has the plugins that ship with it.
 static SHIPPED: OnceLock<PathBuf> = OnceLock::new();
@@ -26,8 +26,8 @@ pub(crate) struct Plugins(Vec<PathBuf>);
 
 impl Plugins {
     /// Where plugins are looked for: there, in the environment's folders, and in that of the package.
-    pub(crate) fn search(given: Option<&Self>) -> Search {
-        let search = Search::from_environment(given.map_or(&[], |plugins| &plugins.0));
+    pub(crate) fn search(given: Option<&Self>) -> PluginSearch {
+        let search = PluginSearch::from_environment(given.map_or(&[], |plugins| &plugins.0));
         match SHIPPED.get().map(PathBuf::as_path).filter(|folder: &&Path| folder.is_dir()) {
             Some(folder) => search.then_in(folder),
             None => search,

@@ -8,7 +8,7 @@ use clap::{Args, CommandFactory};
 use super::sweep::HowArgs;
 use super::sweep::begin::{Runs, made_by};
 use super::{Cli, SceneArgs, absolute, warn};
-use crate::kinetics::Search;
+use crate::kinetics::PluginSearch;
 use crate::num::Short;
 use crate::num::checked::Positive;
 use crate::run::{Error, Result};
@@ -104,7 +104,7 @@ pub(super) fn run(args: &AccuracyArgs) -> Result<()> {
         return gathered(&study, &plan, &root, args.how.quiet).map(|_| ());
     }
     let scene = &args.scene;
-    let search = Search::from_environment(&scene.plugin_path);
+    let search = PluginSearch::from_environment(&scene.plugin_path);
     let others = args.over.iter().map(|text| Axis::parse(text).map_err(Error::Refused));
     let others = others.collect::<Result<Vec<_>>>()?;
     let options = options(args)?;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use clap::Args;
 
 use super::SceneArgs;
-use crate::kinetics::{Location, Search};
+use crate::kinetics::{Location, PluginSearch};
 use crate::reduction::Communicator;
 use crate::run::ranks::agreed;
 use crate::run::{self, Result, Simulation, laws, stiffness};
@@ -75,7 +75,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
 /// Sets up the parts of all ranks, which refuse what they cannot run; the first one prints.
 fn on_ranks(
     args: &CheckArgs,
-    (scene, search): (&Scene, &Search),
+    (scene, search): (&Scene, &PluginSearch),
     ranks: &Arc<dyn Communicator>,
 ) -> Result<()> {
     let simulation = agreed(Some(&**ranks), Simulation::over(scene, search, Arc::clone(ranks)))?;

@@ -39,7 +39,7 @@ use std::time::{Duration, Instant};
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::kinetics::{Isolation, KineticsError, Search, take_destroy_error};
+use crate::kinetics::{Isolation, KineticsError, PluginSearch, take_destroy_error};
 use crate::output::{OutputError, interrupt};
 use crate::scene::Scene;
 use crate::solve::SolveError;
@@ -159,10 +159,10 @@ impl SceneArgs {
     }
 
     /// Sets up the threads and reads the scene.
-    fn load(&self) -> Result<(Scene, Search)> {
+    fn load(&self) -> Result<(Scene, PluginSearch)> {
         self.set_threads();
         let scene = Scene::load(&self.scene, &self.overrides)?;
-        let search = Search::from_environment(&self.plugin_path);
+        let search = PluginSearch::from_environment(&self.plugin_path);
         Ok((scene, search.isolated(isolation(self.isolate, self.plugin_limit)?)))
     }
 }

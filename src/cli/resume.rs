@@ -6,7 +6,7 @@ use std::sync::Arc;
 use clap::Args;
 
 use super::run;
-use crate::kinetics::Search;
+use crate::kinetics::PluginSearch;
 use crate::output::{Interrupt, Mode, Progress, ResultDirectory};
 use crate::reduction::Communicator;
 use crate::run::ranks::{self, agreed};
@@ -62,7 +62,7 @@ fn run_in_pool(args: &ResumeArgs, ranks: Option<Arc<dyn Communicator>>) -> Resul
     }
     let directory = agreed(ranks.as_deref(), directory(&root, ranks.as_deref()))?;
     let quiet = args.quiet || ranks.as_ref().is_some_and(|ranks| ranks.rank() > 0);
-    let search = Search::from_environment(&args.plugin_path)
+    let search = PluginSearch::from_environment(&args.plugin_path)
         .isolated(super::isolation(args.isolate, args.plugin_limit)?);
     let resumed =
         resume::resume_on(&root, &directory, args.until, &search, ranks.as_ref().map(Arc::clone));

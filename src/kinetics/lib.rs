@@ -51,7 +51,7 @@ pub use library::{
 pub use plugin::Plugin;
 pub use quantity::Quantity;
 pub use rumple_plugin_abi::C_HEADER;
-pub use search::Search;
+pub use search::PluginSearch;
 pub use signal::Signal;
 pub use site::{BadValue, Site};
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::{Descriptor, IsolatedLibrary, Kinetics, KineticsError, Library, Search};
+use super::{Descriptor, IsolatedLibrary, Kinetics, KineticsError, Library, PluginSearch};
 
 /// A loaded plugin.
 #[derive(Debug, Clone)]
@@ -20,7 +20,7 @@ impl Plugin {
     ///
     /// # Errors
     /// As for [`Library::load`] and [`IsolatedLibrary::load`].
-    pub fn load(path: &Path, search: &Search) -> Result<Self, KineticsError> {
+    pub fn load(path: &Path, search: &PluginSearch) -> Result<Self, KineticsError> {
         match search.isolation() {
             None => Ok(Self::Here(Library::load(path)?)),
             Some(isolation) => Ok(Self::IsolatedLibrary(IsolatedLibrary::load(path, isolation)?)),

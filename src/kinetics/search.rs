@@ -17,13 +17,13 @@ pub const INSTALLED: &str = "lib/rumple/plugins";
 /// The directories in which a plugin is looked up by name, in order; whether it is to have a process
 /// of its own; and the law of the host program.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Search {
+pub struct PluginSearch {
     directories: Vec<PathBuf>,
     isolation: Option<Isolation>,
     host_law: Option<HostLaw>,
 }
 
-impl Search {
+impl PluginSearch {
     /// These directories and no others.
     #[must_use]
     pub fn in_directories(directories: Vec<PathBuf>) -> Self {
@@ -157,7 +157,7 @@ pub(super) fn no_file(path: PathBuf) -> KineticsError {
     if !path.is_dir() {
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let here = if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder };
-        let there = Search::in_directories(vec![here]).list();
+        let there = PluginSearch::in_directories(vec![here]).list();
         let stem = || path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let near = nearest(
             &plugin_name(&path).unwrap_or_else(stem),
@@ -168,7 +168,7 @@ pub(super) fn no_file(path: PathBuf) -> KineticsError {
         return KineticsError::MissingFile { path, nearest };
     }
     let built = path.join("target").join("release");
-    let libraries = Search::in_directories(vec![path.clone(), built]).list();
+    let libraries = PluginSearch::in_directories(vec![path.clone(), built]).list();
     let libraries = libraries.into_iter().map(|(_, library)| library).collect();
     KineticsError::Folder { path, libraries }
 }

@@ -226,7 +226,7 @@ impl Checkpoints {
     }
 
     /// After an accepted step, where `results` says how far the results are; writes a checkpoint if it is time.
-    pub(super) fn accepted(
+    pub(super) fn after_step(
         &mut self,
         simulation: &Simulation,
         results: impl FnOnce() -> ResultsSoFar,
@@ -286,7 +286,7 @@ impl Checkpoints {
 
     /// Writes the last one of a run that is interrupted; `clean` if it is between two steps. The step from
     /// which it can be continued, if it can.
-    pub(super) fn interrupted(
+    pub(super) fn after_interruption(
         &mut self,
         simulation: &Simulation,
         results: impl FnOnce() -> ResultsSoFar,
@@ -302,7 +302,7 @@ impl Checkpoints {
 
     /// Writes the last one of a run that has ended, from where it may be asked to go further;
     /// short ones are not, unless the scene asks for checkpoints.
-    pub(super) fn ended(
+    pub(super) fn after_end(
         &mut self,
         simulation: &mut Simulation,
         results: impl FnOnce() -> ResultsSoFar,

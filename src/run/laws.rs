@@ -8,11 +8,12 @@ use std::sync::Arc;
 use super::{Error, Result, initial_state};
 use crate::kinetics::descriptor::Default;
 use crate::kinetics::formula::{
-    self, Formula, FormulaError, FormulaKinetics, Law, LawError, Which,
+    self, Formula, FormulaError, FormulaIndex, FormulaKinetics, Law, LawError,
 };
 use crate::kinetics::validation;
 use crate::kinetics::{
-    Descriptor, JointKinetics, Kinetics, KineticsError, Location, Member, Parameter, Plugin, Search,
+    Descriptor, JointKinetics, Kinetics, KineticsError, Location, Member, Parameter, Plugin,
+    PluginSearch,
 };
 use crate::model::{Evaluation, ParameterFields};
 use crate::num::Short;
@@ -36,7 +37,7 @@ pub struct Laws {
 /// # Errors
 /// A plugin that is not found or refused, a formula or a parameter that is wrong, names that
 /// clash; with the place.
-pub fn load(scene: &Scene, search: &Search, notes: &mut Vec<String>) -> Result<Option<Laws>> {
+pub fn load(scene: &Scene, search: &PluginSearch, notes: &mut Vec<String>) -> Result<Option<Laws>> {
     let mut members = Vec::new();
     let mut host_law = search.host_law();
     let (mut files, mut parameters) = (Vec::new(), Vec::new());
@@ -114,7 +115,7 @@ fn check_names(scene: &Scene, number: usize, spec: &KineticsSpec, all: &Descript
 /// As for [`load`] and [`parameter_fields`], and if the scene has no law.
 pub fn load_with_parameter_fields(
     scene: &Scene,
-    search: &Search,
+    search: &PluginSearch,
 ) -> Result<(Laws, ParameterFields)> {
     let none = || scene.missing_table("kinetics", "this scene has no law");
     let laws = load(scene, search, &mut Vec::new())?.ok_or_else(none)?;
@@ -203,7 +204,12 @@ fn unread(
     notes: &mut Vec<String>,
 ) -> Result<()> {
     let tables = [
-        ("parameters", "parameter", spec.parameters.keys().collect::<Vec<_>>(), kinetics.unused()),
+        (
+            "parameters",
+            "parameter",
+            spec.parameters.keys().collect::<Vec<_>>(),
+            kinetics.unused_parameters(),
+        ),
         ("let", "`let`", spec.r#let.keys().collect(), kinetics.unused_lets()),
     ];
     for (table, noun, all, unused) in tables {
@@ -228,7 +234,7 @@ fn loaded(
     scene: &Scene,
     path: &str,
     spec: &KineticsSpec,
-    search: &Search,
+    search: &PluginSearch,
 ) -> Result<(Arc<dyn Kinetics>, Option<PathBuf>)> {
     let plugin = spec.plugin.as_deref().unwrap_or_default();
     let blame = |error: KineticsError| {
@@ -268,13 +274,13 @@ fn formula_error(scene: &Scene, table: &str, law: &Law, error: &LawError) -> Err
         (path_to(&format!("{table}.{part}"), &formula.name), formula.text.clone())
     };
     let (path, text) = match error.formula {
-        Which::Let(k) => named("let", &law.lets[k]),
-        Which::Rate(k) => named("rates", &law.rates[k]),
-        Which::Feedback(k) => {
+        FormulaIndex::Let(k) => named("let", &law.lets[k]),
+        FormulaIndex::Rate(k) => named("rates", &law.rates[k]),
+        FormulaIndex::Feedback(k) => {
             let (which, text) = &law.feedback[k];
             (format!("{table}.{}", which.name()), text.clone())
         }
-        Which::Observable(k) => {
+        FormulaIndex::Observable(k) => {
             let (observable, text) = &law.observables[k];
             (path_to(&format!("{table}.observables"), &observable.name), text.clone())
         }

@@ -15,7 +15,7 @@ use super::snapshot::Snapshot;
 use super::{Error, Fields, Result, initial_state, laws, lints, planar, scale_checks};
 use crate::effects::{EffectError, Elasticity, ReadSurface};
 use crate::geometry::face_areas;
-use crate::kinetics::{Kinetics, Location, Search, Signal};
+use crate::kinetics::{Kinetics, Location, PluginSearch, Signal};
 use crate::model::{Model, ParameterFields, Potential, State};
 use crate::output::provenance::MeshRecord;
 use crate::problem::{Law, Part, Problem, ProblemError};
@@ -82,7 +82,7 @@ fn check_point(scene: &Scene, kinetics: Option<&dyn Kinetics>) -> Result<()> {
 ///
 /// # Errors
 /// A mesh, plugin, parameter, effect or field that does not fit, with its place in the scene.
-pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
+pub(super) fn prepare(scene: &Scene, search: &PluginSearch) -> Result<Simulation> {
     let mut notes = Vec::new();
     let sheet = Arc::new(read_sheet(scene, &mut notes)?);
     on(scene, search, (sheet, None), notes)
@@ -94,7 +94,7 @@ pub(super) fn prepare(scene: &Scene, search: &Search) -> Result<Simulation> {
 /// As for one process, on any rank; what does not go over ranks.
 pub(super) fn over(
     scene: &Scene,
-    search: &Search,
+    search: &PluginSearch,
     ranks: Arc<dyn Communicator>,
 ) -> Result<Simulation> {
     super::ranks::check(scene)?;
@@ -119,7 +119,7 @@ pub(super) fn over(
 /// Makes `scene` ready to run on its sheet, or on a part of the whole.
 fn on(
     scene: &Scene,
-    search: &Search,
+    search: &PluginSearch,
     (sheet, of): (Arc<Sheet>, Option<(Sheet, Spread)>),
     mut notes: Vec<String>,
 ) -> Result<Simulation> {
@@ -212,7 +212,7 @@ fn fields(scene: &Scene, stepper: &Stepper, material: Option<&Elasticity>) -> Re
 pub(super) fn model(
     scene: &Scene,
     sheet: &Arc<Sheet>,
-    (search, tally): (&Search, &Tally),
+    (search, tally): (&PluginSearch, &Tally),
 ) -> Result<(Model, State)> {
     let material = material(scene, sheet)?;
     let laws = laws::load(scene, search, &mut Vec::new())?;

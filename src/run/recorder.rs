@@ -78,7 +78,7 @@ impl RunObservers {
     }
 
     /// Times and digests of the first `count` frames.
-    fn first(&self, count: usize) -> (Vec<f64>, Vec<u64>) {
+    fn first_frames(&self, count: usize) -> (Vec<f64>, Vec<u64>) {
         self.frames.as_ref().map_or_else(Default::default, |frames| {
             (frames.times()[..count].to_vec(), frames.digests()[..count].to_vec())
         })
@@ -179,7 +179,7 @@ impl<'a> Recorder<'a> {
         let scheduled = self.schedule.is_due(simulation.stepper.state.time);
         let ending = match self.observe(simulation, latest, others) {
             Ok(ending) => ending,
-            Err(error) => return Err(self.stopped(simulation, error)),
+            Err(error) => return Err(self.report_failure(simulation, error)),
         };
         self.report_intersection();
         self.schedule.pass(simulation.stepper.state.time);
@@ -255,18 +255,19 @@ impl<'a> Recorder<'a> {
         let Self { checkpoints, outputs, incidents, clock, summary, session, clean, .. } = self;
         let start = summary.start;
         let results = || {
-            let (frame_times, digests) = outputs.first(frames);
+            let (frame_times, digests) = outputs.first_frames(frames);
             let watch = incidents.monitor.as_ref().map(StabilityMonitor::seen);
             let (wall, events) = (clock.wall(), incidents.events.count());
             ResultsSoFar { start, wall, frame_times, digests, events, watch }
         };
         let progress = &mut *session.progress;
         match ending {
-            None => checkpoints.accepted(simulation, results, due, progress),
+            None => checkpoints.after_step(simulation, results, due, progress),
             Some(Ending::Interrupted) => {
-                summary.resumable = checkpoints.interrupted(simulation, results, *clean, progress);
+                summary.resumable =
+                    checkpoints.after_interruption(simulation, results, *clean, progress);
             }
-            Some(_) => checkpoints.ended(simulation, results, progress),
+            Some(_) => checkpoints.after_end(simulation, results, progress),
         }
     }
 
@@ -283,7 +284,7 @@ impl<'a> Recorder<'a> {
         if self.incidents.monitor.is_some() {
             let analysed = self.incidents.analyse(simulation, latest, self.session.progress);
             if let Err(error) = analysed {
-                return Err(self.stopped(simulation, error));
+                return Err(self.report_failure(simulation, error));
             }
             // It may have been interrupted.
             self.clean &= !self.session.interrupt.requested();
@@ -317,9 +318,9 @@ impl<'a> Recorder<'a> {
         self.clean = false;
     }
 
-    /// As [`Session::stopped`], in a step.
-    pub(super) fn stopped(&self, simulation: &mut Simulation, error: Error) -> Error {
-        self.session.stopped(simulation, error, None)
+    /// As [`Session::report_failure`], in a step.
+    pub(super) fn report_failure(&self, simulation: &mut Simulation, error: Error) -> Error {
+        self.session.report_failure(simulation, error, None)
     }
 
     /// The summary of a run that has ended.

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::fingerprint::MadeFrom;
 use super::ranks::checkpoints::{self, Usable};
 use super::{Checkpoint, Error, Result, Simulation};
-use crate::kinetics::Search;
+use crate::kinetics::PluginSearch;
 use crate::output::checkpoint::{self, Unusable};
 use crate::output::provenance::digest_of;
 use crate::output::{Format, ResultDirectory, RunStatus, Standing, vtkhdf};
@@ -33,7 +33,11 @@ pub struct Resumed {
 ///
 /// # Errors
 /// [`Error::Refused`] with what is in the way and what helps; a scene, mesh or plugin that cannot be read.
-pub fn resume(directory: &ResultDirectory, until: Option<f64>, search: &Search) -> Result<Resumed> {
+pub fn resume(
+    directory: &ResultDirectory,
+    until: Option<f64>,
+    search: &PluginSearch,
+) -> Result<Resumed> {
     resume_on(directory.root(), directory, until, search, None)
 }
 
@@ -46,7 +50,7 @@ pub fn resume_on(
     root: &Path,
     directory: &ResultDirectory,
     until: Option<f64>,
-    search: &Search,
+    search: &PluginSearch,
     of: Option<Arc<dyn Communicator>>,
 ) -> Result<Resumed> {
     let refused = |what: String| Error::Refused(format!("{}: {what}", root.display()));

@@ -146,7 +146,7 @@ fn stepped(
                 recorder.step_accepted(simulation, &mut latest)?;
             }
             Err(Error::Solve(SolveError::Interrupted)) => recorder.note_interruption(),
-            Err(error) => return Err(recorder.stopped(simulation, error)),
+            Err(error) => return Err(recorder.report_failure(simulation, error)),
         }
     }
 }
@@ -166,7 +166,7 @@ fn start(
         Ok(done) => first.relaxation = done,
         // The start is then shown as far as it got, not as an equilibrium.
         Err(Error::Solve(SolveError::Interrupted)) => first.relaxation.residual = f64::NAN,
-        Err(error) => return Err(session.stopped(simulation, error, Some(&start))),
+        Err(error) => return Err(session.report_failure(simulation, error, Some(&start))),
     }
     let (pairs, moved) = first.relaxation.separated;
     if pairs > 0 {
@@ -176,7 +176,7 @@ fn start(
     }
     first.work = simulation.spent().work;
     if let Err(error) = try_laws(simulation, session.progress) {
-        return Err(session.stopped(simulation, error, Some(&start)));
+        return Err(session.report_failure(simulation, error, Some(&start)));
     }
     incidents.note_snap(simulation, &first)?;
     if first.relaxation.residual.is_nan() {
@@ -202,7 +202,7 @@ fn start(
     if incidents.monitor.is_none() {
         stability_monitor::warn_of_flat_start(simulation, session.progress)?;
     } else if let Err(error) = incidents.analyse(simulation, &mut first, session.progress) {
-        return Err(session.stopped(simulation, error, Some(&start)));
+        return Err(session.report_failure(simulation, error, Some(&start)));
     }
     Ok(first)
 }

@@ -18,7 +18,7 @@ pub(super) struct Session<'a> {
 impl Session<'_> {
     /// Writes the failure report of a run that stopped with `error`, in the first relaxation of `start` if that is given; an
     /// error of output, or of a start that is refused, is returned unchanged.
-    pub(super) fn stopped(
+    pub(super) fn report_failure(
         &self,
         simulation: &mut Simulation,
         error: Error,

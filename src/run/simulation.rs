@@ -9,7 +9,7 @@ use super::ranks::Spread;
 use super::setup_cost::SetupCost;
 use super::{Error, Fields, Result, laws, ledger_row, prepare};
 use crate::Stepper;
-use crate::kinetics::Search;
+use crate::kinetics::PluginSearch;
 use crate::model::{Evaluation, Model, State};
 use crate::output::Frame;
 use crate::output::provenance::MeshRecord;
@@ -24,11 +24,11 @@ use crate::tally::Spent;
 ///
 /// ```no_run
 /// # use std::path::Path;
-/// use rumple::kinetics::Search;
+/// use rumple::kinetics::PluginSearch;
 /// use rumple::{Simulation, scene::Scene};
 ///
 /// let scene = Scene::load(Path::new("dome.toml"), &[])?;
-/// let mut simulation = Simulation::new(&scene, &Search::from_environment(&[]))?;
+/// let mut simulation = Simulation::new(&scene, &PluginSearch::from_environment(&[]))?;
 /// simulation.prepare()?;
 /// while simulation.state().time < 1.0 {
 ///     simulation.step(1.0)?;
@@ -70,7 +70,7 @@ impl Simulation {
     ///
     /// # Errors
     /// A mesh, plugin, parameter, effect or field that does not fit, with its place in the scene.
-    pub fn new(scene: &Scene, search: &Search) -> Result<Self> {
+    pub fn new(scene: &Scene, search: &PluginSearch) -> Result<Self> {
         prepare::prepare(scene, search)
     }
 
@@ -78,7 +78,11 @@ impl Simulation {
     ///
     /// # Errors
     /// As for [`Simulation::new`], on any rank; what does not go over ranks; fewer vertices than ranks.
-    pub fn over(scene: &Scene, search: &Search, ranks: Arc<dyn Communicator>) -> Result<Self> {
+    pub fn over(
+        scene: &Scene,
+        search: &PluginSearch,
+        ranks: Arc<dyn Communicator>,
+    ) -> Result<Self> {
         prepare::over(scene, search, ranks)
     }
 

@@ -18,7 +18,7 @@ use std::path::Path;
 use super::draw::contact_sheet::{ACROSS, ContactSheet, GAP, LINE, Shape, TILE};
 use super::draw::plot::KeyPlot;
 use super::draw::table::{csv_table, markdown_table, number, work_cells, work_titles};
-use super::gather::{LastState, Measures, MemberResults, MemberStatus, counts};
+use super::gather::{Measures, MemberResults, MemberStatus, ShownState, counts};
 use super::plan::{Axis, Plan};
 use super::{draw, extent, write_files};
 use crate::num::real;
@@ -241,7 +241,7 @@ const MAX_PIXELS: usize = 30_000;
 /// # Errors
 /// If a picture cannot be drawn.
 pub fn contact_sheet(plan: &Plan, members: &[MemberResults]) -> Result<Option<Picture>> {
-    let shown: Vec<&LastState> = members.iter().filter_map(|f| f.shown.as_ref()).collect();
+    let shown: Vec<&ShownState> = members.iter().filter_map(|f| f.shown.as_ref()).collect();
     let shapes: Vec<Shape<'_>> = shown.iter().map(|shown| shape(shown)).collect();
     let across = match &plan.axes[..] {
         [_] => members.len().clamp(1, ACROSS),
@@ -294,7 +294,7 @@ pub fn contact_sheet(plan: &Plan, members: &[MemberResults]) -> Result<Option<Pi
     sheet.finish(name, bottom).map(Some)
 }
 
-fn shape(shown: &LastState) -> Shape<'_> {
+fn shape(shown: &ShownState) -> Shape<'_> {
     let values = shown.species.as_ref().map(|(_, values)| values);
     Shape { x: &shown.x, triangles: &shown.triangles, values }
 }

@@ -146,7 +146,7 @@ fn transports_that_cannot_go_are_refused() {
              kinetics = {{ rates = {{ c = '0' }} }}\n[[effect]]\n{effect}\n"
         );
         let scene = rumple::scene::Scene::parse(&text, "scene.toml", &[]).unwrap();
-        let search = rumple::kinetics::Search::in_directories(Vec::new());
+        let search = rumple::kinetics::PluginSearch::in_directories(Vec::new());
         let error = rumple::Simulation::new(&scene, &search).err().unwrap().to_string();
         assert!(error.contains(words) && error.contains(key), "{effect}: {error}");
     }

@@ -4,7 +4,7 @@ mod counting;
 
 pub use counting::{allocated, allocations, peak_of};
 
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 use rumple::scene::Scene;
 use rumple::sheet::Sheet;
 use rumple::{Simulation, Vec3};
@@ -15,7 +15,7 @@ use crate::plugins::build;
 pub fn prepare(text: &str, overrides: &[&str]) -> (Scene, Simulation) {
     let keys: Vec<String> = overrides.iter().map(|o| (*o).to_owned()).collect();
     let scene = Scene::parse(text, "scene.toml", &keys).unwrap_or_else(|e| panic!("{e}"));
-    let search = Search::in_directories(vec![build::directory().to_owned()]);
+    let search = PluginSearch::in_directories(vec![build::directory().to_owned()]);
     let simulation = Simulation::new(&scene, &search).unwrap_or_else(|e| panic!("{e}"));
     (scene, simulation)
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use faer::Mat;
 use rumple::Simulation;
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 use rumple::model::{Coupled, Model, State};
 use rumple::scene::Scene;
 use rumple::solve::Control;
@@ -22,7 +22,7 @@ impl Mesh {
             "sheet = {{ shape = \"graph\", width = 10.0, height = 4.0, z = \"{z}\", vertices = 70 }}\n"
         );
         let scene = Scene::parse(&(sheet + &arch("", 1.0)(0.0)), "mesh", &[]).unwrap();
-        let search = Search::in_directories(Vec::new());
+        let search = PluginSearch::in_directories(Vec::new());
         let simulation = Simulation::new(&scene, &search).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let mut file = fs::File::create(folder.path().join("mesh.obj")).unwrap();
@@ -46,7 +46,7 @@ impl Scenes<'_> {
     fn simulation(&self, parameter: f64) -> Simulation {
         let policy = format!("time.policy=\"{}\"", self.policy);
         let scene = Scene::parse(&(self.text)(parameter), "branches", &[policy]).unwrap();
-        Simulation::new(&scene, &Search::in_directories(Vec::new())).unwrap()
+        Simulation::new(&scene, &PluginSearch::in_directories(Vec::new())).unwrap()
     }
 }
 

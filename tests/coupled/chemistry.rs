@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 use rumple::model::{Memory, State};
 use rumple::scene::Scene;
 use rumple::solve::{Control, SolveError};
@@ -95,7 +95,7 @@ fn a_method_is_refused_where_the_chemistry_settles_at_once() {
         "time.integrator={kind=\"staggered\",chemistry=\"bdf\"}".to_owned(),
     ];
     let scene = Scene::parse(DOME, "scene.toml", &keys).unwrap();
-    let search = Search::in_directories(vec![crate::plugins::build::directory().to_owned()]);
+    let search = PluginSearch::in_directories(vec![crate::plugins::build::directory().to_owned()]);
     let error = Simulation::new(&scene, &search).err().unwrap().to_string();
     assert!(error.contains("leave out chemistry = \"bdf\""), "{error}");
 }

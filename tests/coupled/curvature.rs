@@ -174,7 +174,7 @@ fn a_law_grows_along_and_across_fibres_as_formulas_do() {
 fn refused(text: &str, keys: &[&str]) -> String {
     let keys: Vec<String> = keys.iter().map(|key| (*key).to_owned()).collect();
     let scene = Scene::parse(text, "scene.toml", &keys).unwrap();
-    let search = rumple::kinetics::Search::in_directories(Vec::new());
+    let search = rumple::kinetics::PluginSearch::in_directories(Vec::new());
     match rumple::Simulation::new(&scene, &search) {
         Err(error) => error.to_string(),
         Ok(_) => panic!("it is accepted"),

@@ -200,7 +200,7 @@ fn drag_that_makes_no_sense_is_refused() {
     use rumple::scene::Scene;
     let refused = |drag: &str, integrator: &str| {
         let keys = [format!("material.drag={drag}"), format!("time.integrator={integrator}")];
-        let search = rumple::kinetics::Search::in_directories(vec![
+        let search = rumple::kinetics::PluginSearch::in_directories(vec![
             crate::plugins::build::directory().to_owned(),
         ]);
         let made = Scene::parse(DOME, "scene.toml", &keys)

@@ -155,27 +155,28 @@ fn every_policy_has_a_default_integrator() {
 
 #[test]
 fn what_is_elastic_needs_a_material() {
-    use rumple::kinetics::Search;
+    use rumple::kinetics::PluginSearch;
     use rumple::scene::Scene;
     let text = DOME.replacen("[material]", "[stability]\n[output]\n#", 1);
     let text = ["young = 1e3", "poisson = 0.3333333333333333", "thickness = 2.0", "drag = 10.0"]
         .iter()
         .fold(text, |text, line| text.replacen(line, "", 1));
     let scene = Scene::parse(&text, "scene.toml", &[]).unwrap();
-    let search = Search::in_directories(vec![crate::plugins::build::directory().to_owned()]);
+    let search = PluginSearch::in_directories(vec![crate::plugins::build::directory().to_owned()]);
     let error = rumple::Simulation::new(&scene, &search).err().unwrap().to_string();
     assert!(error.contains("missing table [material]"), "{error}");
 }
 
 #[test]
 fn senseless_pairings_are_refused_with_the_reason() {
-    use rumple::kinetics::Search;
+    use rumple::kinetics::PluginSearch;
     use rumple::scene::Scene;
     let refusal = |policy: &str, kind: &str| {
         let keys =
             [format!("time.policy=\"{policy}\""), format!("time.integrator={{kind=\"{kind}\"}}")];
         let scene = Scene::parse(DOME, "scene.toml", &keys).unwrap();
-        let search = Search::in_directories(vec![crate::plugins::build::directory().to_owned()]);
+        let search =
+            PluginSearch::in_directories(vec![crate::plugins::build::directory().to_owned()]);
         match rumple::Simulation::new(&scene, &search) {
             Ok(_) => panic!("{policy} with {kind} accepted"),
             Err(error) => error.to_string(),

@@ -185,9 +185,10 @@ until = 40.0
 /// What a point does not have is refused with the reason.
 #[test]
 fn a_point_has_no_shape() {
-    use rumple::kinetics::Search;
+    use rumple::kinetics::PluginSearch;
     use rumple::scene::Scene;
-    let search = || Search::in_directories(vec![crate::plugins::build::directory().to_owned()]);
+    let search =
+        || PluginSearch::in_directories(vec![crate::plugins::build::directory().to_owned()]);
     let refusal = |text: &str| {
         let scene = Scene::parse(text, "scene.toml", &[]).unwrap();
         match rumple::Simulation::new(&scene, &search()) {

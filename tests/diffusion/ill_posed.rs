@@ -1,6 +1,6 @@
 //! Coefficients of diffusion and cross-diffusion with which short waves grow without bound.
 
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 use rumple::scene::Scene;
 use rumple::{Error, Simulation};
 
@@ -21,7 +21,7 @@ fn prepared(own: [&str; 2], cross: [&str; 2]) -> Result<Vec<String>, Error> {
         );
     }
     let scene = Scene::parse(&text, "scene.toml", &[]).unwrap();
-    let made = Simulation::new(&scene, &Search::in_directories(Vec::new()))?;
+    let made = Simulation::new(&scene, &PluginSearch::in_directories(Vec::new()))?;
     Ok(made.notes().to_vec())
 }
 
@@ -84,7 +84,7 @@ fn a_blow_up_by_coefficients_that_read_species_names_their_keys() {
 fn coefficients_that_are_ill_posed_at_the_species_of_the_start_are_told() {
     let notes = |text: &str| {
         let scene = Scene::parse(text, "scene.toml", &[]).unwrap();
-        let made = Simulation::new(&scene, &Search::in_directories(Vec::new())).unwrap();
+        let made = Simulation::new(&scene, &PluginSearch::in_directories(Vec::new())).unwrap();
         made.notes().to_vec()
     };
     assert_eq!(notes(BY_SPECIES), Vec::<String>::new());

@@ -229,7 +229,7 @@ fn constraints_that_cannot_be_are_refused() {
     let refused = |time: &str, effects: &str| {
         let text = sphere(200, 0.1, &format!("time = {time}\neffect = [ {effects} ]"));
         let scene = rumple::scene::Scene::parse(&text, "scene.toml", &[]).unwrap();
-        let search = rumple::kinetics::Search::in_directories(Vec::new());
+        let search = rumple::kinetics::PluginSearch::in_directories(Vec::new());
         match Simulation::new(&scene, &search) {
             Err(rumple::Error::Scene(error)) => error.rendered(false),
             Err(error) => panic!("{error}"),

@@ -190,7 +190,7 @@ fn integrators_that_would_step_through_surfaces_are_refused() {
             effect = [{{ kind = 'stretching' }}, {{ kind = 'bending' }}, {{ kind = 'contact' }}]"
         );
         let scene = rumple::scene::Scene::parse(&text, "through.toml", &[]).unwrap();
-        let search = rumple::kinetics::Search::in_directories(Vec::new());
+        let search = rumple::kinetics::PluginSearch::in_directories(Vec::new());
         let error = rumple::Simulation::new(&scene, &search).err().unwrap().to_string();
         assert!(error.contains("integrator") && error.contains("contact"), "{integrator}: {error}");
     }
@@ -203,7 +203,7 @@ fn a_reach_beyond_the_thickness_is_refused_at_its_key() {
         time = { until = 1.0 }
         effect = [{ kind = 'stretching' }, { kind = 'contact', distance = 0.2 }]";
     let scene = rumple::scene::Scene::parse(text, "thick.toml", &[]).unwrap();
-    let search = rumple::kinetics::Search::in_directories(Vec::new());
+    let search = rumple::kinetics::PluginSearch::in_directories(Vec::new());
     let error = rumple::Simulation::new(&scene, &search).err().unwrap().to_string();
     assert!(error.contains("distance") && error.contains("0.1 thick"), "{error}");
 }

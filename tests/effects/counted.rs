@@ -10,7 +10,7 @@ use std::sync::Arc;
 use rumple::Simulation;
 use rumple::effects::{Effect, EffectContext, HessianPart, Material, Measure};
 use rumple::geometry::VertexArea;
-use rumple::kinetics::{Location, Search};
+use rumple::kinetics::{Location, PluginSearch};
 use rumple::model::{
     Chemistry, Drag, Mechanics, MechanicsParts, Memory, Model, ParameterFields, Policy, Signals,
     State, TensionReading,
@@ -125,7 +125,8 @@ fn text(parts: &[&str]) -> String {
 fn model(sheet: &Arc<Sheet>, parts: &[&str]) -> Arc<Model> {
     let scene = Scene::parse(&text(parts), "counted.toml", &[]).unwrap_or_else(|e| panic!("{e}"));
     let material = Material { young: 10.0, poisson: 0.3, thickness: 0.1 };
-    let law = laws::load(&scene, &Search::in_directories(Vec::new()), &mut Vec::new()).unwrap();
+    let law =
+        laws::load(&scene, &PluginSearch::in_directories(Vec::new()), &mut Vec::new()).unwrap();
     let kinetics = law.map(|law| law.kinetics);
     let place = Location::Vertex;
     let context = EffectContext {

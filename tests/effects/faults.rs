@@ -5,7 +5,7 @@ use rumple::effects::prelude::*;
 use rumple::model::{Mechanics, Potential};
 use rumple::solve::SolveError;
 use rumple::solve::equilibrium::{Goal, Lbfgs, LbfgsSpec, explained, relax};
-use rumple::{Simulation, kinetics::Search};
+use rumple::{Simulation, kinetics::PluginSearch};
 
 use crate::common::irregular;
 
@@ -17,7 +17,7 @@ fn made(sheet: &str, effects: &str) -> Result<Simulation, rumple::Error> {
         effect = [ {{ kind = 'stretching' }}, {{ kind = 'bending' }}, {effects} ]"
     );
     let scene = rumple::scene::Scene::parse(&text, "scene.toml", &[])?;
-    Simulation::new(&scene, &Search::in_directories(Vec::new()))
+    Simulation::new(&scene, &PluginSearch::in_directories(Vec::new()))
 }
 
 const STRIP: &str = "shape = 'rectangle', width = 12.0, height = 4.0";

@@ -218,7 +218,7 @@ fn integrators_without_internal_variables_refuse_them() {
         "policy = 'simultaneous', integrator = { kind = 'staggered', shape = 'tr-bdf2' }",
     ] {
         let scene = rumple::scene::Scene::parse(&pulled(time, ""), "test", &[]).unwrap();
-        let search = rumple::kinetics::Search::in_directories(Vec::new());
+        let search = rumple::kinetics::PluginSearch::in_directories(Vec::new());
         let error = rumple::Simulation::new(&scene, &search).err().unwrap().to_string();
         assert!(error.contains("angle_remodelling, length_remodelling"), "{time}: {error}");
     }
@@ -250,7 +250,7 @@ fn mistakes_are_named_with_their_place() {
             "owns internal variables length_remodelling already",
         ),
     ] {
-        let search = rumple::kinetics::Search::in_directories(Vec::new());
+        let search = rumple::kinetics::PluginSearch::in_directories(Vec::new());
         let made = rumple::scene::Scene::parse(&effect(text), "test", &[])
             .map_err(|e| e.to_string())
             .and_then(|scene| {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use rumple::Vec3;
-use rumple::effects::LowRank;
+use rumple::effects::RankOneTerm;
 use rumple::effects::prelude::*;
 use rumple::kinetics::Location;
 use rumple::kit::{Report, examine, examine_with, made_up};
@@ -67,10 +67,16 @@ impl Energy for Planted {
         into.update_rows(|i, row| row.add(i, &block));
     }
 
-    fn low_rank(&self, shape: &Shape<'_>, (): &mut (), _: HessianPart, terms: &mut Vec<LowRank>) {
+    fn low_rank(
+        &self,
+        shape: &Shape<'_>,
+        (): &mut (),
+        _: HessianPart,
+        terms: &mut Vec<RankOneTerm>,
+    ) {
         let stiffness = self.or_nan("low rank", 0.0);
         let direction = vec![Vec3::x() * self.or_nan("direction", 1.0); shape.x.len()];
-        terms.push(LowRank { stiffness, direction });
+        terms.push(RankOneTerm { stiffness, direction });
     }
 
     fn mixed_metric_derivatives(

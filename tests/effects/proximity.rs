@@ -7,18 +7,18 @@ use std::sync::Arc;
 
 use rumple::Vec3;
 use rumple::effects::{BlockMatrix, Contacts, EnergyTerm, HessianPart};
-use rumple::geometry::proximity::{Corners, Kind, Nearest, edge_edge, point_triangle};
+use rumple::geometry::proximity::{Corners, Nearest, PairKind, edge_edge, point_triangle};
 use rumple::model::{Mechanics, Potential};
 use rumple::sheet::Sheet;
 
 use crate::common::Noise;
 
-const KINDS: [Kind; 2] = [Kind::PointTriangle, Kind::EdgeEdge];
+const KINDS: [PairKind; 2] = [PairKind::PointTriangle, PairKind::EdgeEdge];
 
-fn nearest(kind: Kind, x: &Corners) -> Nearest {
+fn nearest(kind: PairKind, x: &Corners) -> Nearest {
     match kind {
-        Kind::PointTriangle => point_triangle(x).0,
-        Kind::EdgeEdge => edge_edge(x),
+        PairKind::PointTriangle => point_triangle(x).0,
+        PairKind::EdgeEdge => edge_edge(x),
     }
 }
 
@@ -49,37 +49,39 @@ fn coordinates(x: &[Vec3]) -> Vec<f64> {
 const CASES: usize = 8;
 
 /// A pair of the case `case`, of size about 1.
-fn pair(kind: Kind, case: usize, noise: &mut Noise) -> Corners {
+fn pair(kind: PairKind, case: usize, noise: &mut Noise) -> Corners {
     let mut x: Corners = std::array::from_fn(|_| noise.vector());
     let power = |noise: &mut Noise, most: f64| 10f64.powf(-0.5 * most * (1.0 + noise.number()));
     let size = power(noise, 6.0);
     let share = |noise: &mut Noise| 0.5 * (1.0 + noise.number());
     match (case, kind) {
         // Parallel edges; a needle.
-        (1, Kind::EdgeEdge) => x[3] = x[2] + share(noise) * (x[1] - x[0]) + size * noise.vector(),
-        (1, Kind::PointTriangle) => {
+        (1, PairKind::EdgeEdge) => {
+            x[3] = x[2] + share(noise) * (x[1] - x[0]) + size * noise.vector()
+        }
+        (1, PairKind::PointTriangle) => {
             x[3] = x[1] + share(noise) * (x[2] - x[1]) + size * noise.vector();
         }
         // Close to one another, inside.
-        (2, Kind::EdgeEdge) => {
+        (2, PairKind::EdgeEdge) => {
             let (s, t) = (share(noise), share(noise));
             let to = x[0] + s * (x[1] - x[0]) + size * noise.vector() - x[2] - t * (x[3] - x[2]);
             (x[2], x[3]) = (x[2] + to, x[3] + to);
         }
-        (2, Kind::PointTriangle) => {
+        (2, PairKind::PointTriangle) => {
             let (s, t) = (share(noise), 0.5 * share(noise));
             x[0] = x[1] + 0.5 * s * (x[2] - x[1]) + t * (x[3] - x[1]) + size * noise.vector();
         }
         // A feature that is much smaller than the other.
-        (3, Kind::EdgeEdge) => x[3] = x[2] + size * noise.vector(),
-        (3, Kind::PointTriangle) => {
+        (3, PairKind::EdgeEdge) => x[3] = x[2] + size * noise.vector(),
+        (3, PairKind::PointTriangle) => {
             (x[2], x[3]) = (x[1] + size * noise.vector(), x[1] + size * noise.vector());
         }
         // Close to where an end or an edge becomes the nearest feature.
-        (4, Kind::EdgeEdge) => {
+        (4, PairKind::EdgeEdge) => {
             x[2] = x[0] + share(noise) * (x[1] - x[0]).cross(&x[2]) + size * noise.vector();
         }
-        (4, Kind::PointTriangle) => {
+        (4, PairKind::PointTriangle) => {
             let normal = (x[2] - x[1]).cross(&(x[3] - x[1]));
             x[0] = x[1] + share(noise) * (x[2] - x[1]) + normal + size * noise.vector();
         }
@@ -94,7 +96,7 @@ fn pair(kind: Kind, case: usize, noise: &mut Noise) -> Corners {
     x
 }
 
-fn pairs(count: usize) -> Vec<(usize, Kind, Corners)> {
+fn pairs(count: usize) -> Vec<(usize, PairKind, Corners)> {
     let mut noise = Noise::new(11);
     let one = |k: usize| {
         let (case, kind) = (k / 2 % CASES, KINDS[k % 2]);
@@ -116,8 +118,8 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
 #[ignore = "needs Python with the ipctk package in RUMPLE_PYTHON; tests/run.sh runs it"]
 fn real_ipctk_has_the_same_distances_and_derivatives() {
     let pairs = pairs(20_000);
-    let record = |(_, kind, x): &(usize, Kind, Corners)| {
-        let mut record = vec![f64::from(u8::from(*kind == Kind::EdgeEdge))];
+    let record = |(_, kind, x): &(usize, PairKind, Corners)| {
+        let mut record = vec![f64::from(u8::from(*kind == PairKind::EdgeEdge))];
         record.extend(coordinates(x));
         record
     };
@@ -147,8 +149,8 @@ fn triangles(case: usize, noise: &mut Noise) -> [Vec3; 6] {
     let kind = KINDS[case % 2];
     let [a, b, c, d] = pair(kind, case / 2, noise);
     match kind {
-        Kind::PointTriangle => [a, a + noise.vector(), a + noise.vector(), b, c, d],
-        Kind::EdgeEdge => [a, b, a + noise.vector(), c, d, c + noise.vector()],
+        PairKind::PointTriangle => [a, a + noise.vector(), a + noise.vector(), b, c, d],
+        PairKind::EdgeEdge => [a, b, a + noise.vector(), c, d, c + noise.vector()],
     }
 }
 
@@ -209,7 +211,7 @@ fn real_ipctk_has_the_same_energy_of_contact() {
 
 /// A motion, and a share of it at which the features touch, as is known without round-off.
 struct Query {
-    kind: Kind,
+    kind: PairKind,
     x: Corners,
     d: Corners,
     touch: f64,
@@ -226,7 +228,7 @@ fn eighths(noise: &mut Noise) -> f64 {
 }
 
 /// A motion in whole numbers, on which features touch at a multiple of 1/64.
-fn planted(kind: Kind, case: usize, noise: &mut Noise) -> Query {
+fn planted(kind: PairKind, case: usize, noise: &mut Noise) -> Query {
     let sizes = [100.0, 3.0, 1e4];
     let mut vectors = |size: f64| -> Corners {
         std::array::from_fn(|_| 8.0 * Vec3::from_fn(|_, _| whole(noise, size)))
@@ -236,7 +238,7 @@ fn planted(kind: Kind, case: usize, noise: &mut Noise) -> Query {
         // In a plane; on a line; parallel, or a needle.
         1 => at.iter_mut().chain(&mut d).for_each(|v| v.z = 0.0),
         2 => at.iter_mut().chain(&mut d).for_each(|v| (v.y, v.z) = (0.0, 0.0)),
-        3 => at[3] = at[2] + 2.0 * (at[1] - at[if kind == Kind::EdgeEdge { 0 } else { 2 }]),
+        3 => at[3] = at[2] + 2.0 * (at[1] - at[if kind == PairKind::EdgeEdge { 0 } else { 2 }]),
         _ => {}
     }
     if case / 36 % 2 == 1 {
@@ -245,12 +247,12 @@ fn planted(kind: Kind, case: usize, noise: &mut Noise) -> Query {
         d = own.map(|own| own + common);
     }
     match kind {
-        Kind::PointTriangle => {
+        PairKind::PointTriangle => {
             let first = eighths(noise);
             let second = eighths(noise).min(8.0 - first);
             at[0] = at[1] + (first * (at[2] - at[1]) + second * (at[3] - at[1])) / 8.0;
         }
-        Kind::EdgeEdge => {
+        PairKind::EdgeEdge => {
             let (s, t) = (eighths(noise), eighths(noise));
             let to = at[0] - at[2] + (s * (at[1] - at[0]) - t * (at[3] - at[2])) / 8.0;
             (at[2], at[3]) = (at[2] + to, at[3] + to);
@@ -304,7 +306,7 @@ fn real_arithmetic_finds_no_collision_on_free_steps() {
         let query = Query { kind, x, d, touch: f64::INFINITY };
         let share = free_share(&query, 0.1);
         shortened += usize::from(share < 1.0);
-        let mut record = vec![f64::from(u8::from(kind == Kind::EdgeEdge))];
+        let mut record = vec![f64::from(u8::from(kind == PairKind::EdgeEdge))];
         record.extend(coordinates(&x));
         record.extend(coordinates(&d));
         record.push(share);

@@ -143,7 +143,7 @@ fn mistakes_in_formulas_of_species_are_named_with_their_place() {
             "{STRIP}\n{kinetics}\neffect = [{{ kind = 'stretching' }}, {{ kind = 'active-tension', value = '{value}' }}]"
         );
         let scene = rumple::scene::Scene::parse(&text, "test", &[]).unwrap();
-        let search = rumple::kinetics::Search::in_directories(Vec::new());
+        let search = rumple::kinetics::PluginSearch::in_directories(Vec::new());
         let made = rumple::Simulation::new(&scene, &search);
         let Err(rumple::Error::Scene(error)) = made else { panic!("{value}") };
         let said = format!("{error} {}", error.advice().unwrap_or_default());

@@ -190,7 +190,7 @@ fn wrong_parameters_of_the_new_effects_name_their_key() {
         let text =
             format!("{STRIP}\ntime = {time}\neffect = [ {{ kind = 'stretching' }}, {effect} ]");
         let scene = rumple::scene::Scene::parse(&text, "scene.toml", &[]);
-        let search = rumple::kinetics::Search::in_directories(Vec::new());
+        let search = rumple::kinetics::PluginSearch::in_directories(Vec::new());
         let made = scene.map_err(rumple::Error::from);
         match made.and_then(|scene| Simulation::new(&scene, &search)) {
             Ok(_) => panic!("{effect} is accepted"),
@@ -227,7 +227,7 @@ fn wrong_parameters_of_the_new_effects_name_their_key() {
          effect = [ {{ kind = 'stretching' }}, {{ kind = 'volume', stiffness = 1.0 }} ]"
     );
     let scene = rumple::scene::Scene::parse(&text, "scene.toml", &[]).unwrap();
-    let search = rumple::kinetics::Search::in_directories(Vec::new());
+    let search = rumple::kinetics::PluginSearch::in_directories(Vec::new());
     match Simulation::new(&scene, &search) {
         Err(rumple::Error::Scene(error)) => {
             assert!(error.rendered(false).contains("time.integrator"), "{error}");

@@ -103,7 +103,7 @@ fn formulas_of_the_time_that_cannot_be_are_refused() {
              [[effect]]\nkind = 'stretching'\n[[effect]]\n{effect}\n"
         );
         let scene = rumple::scene::Scene::parse(&text, "s.toml", &[]).unwrap();
-        let search = rumple::kinetics::Search::in_directories(Vec::new());
+        let search = rumple::kinetics::PluginSearch::in_directories(Vec::new());
         Simulation::new(&scene, &search).err().unwrap().to_string()
     };
     for (effect, words) in [

@@ -6,7 +6,7 @@ use rumple::effects::{
     Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart,
 };
 use rumple::geometry::Shape as At;
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 use rumple::output::{Interrupt, Mode, Progress, ResultDirectory};
 use rumple::run::{Costs, laws, run};
 use rumple::scene::Scene;
@@ -87,7 +87,7 @@ fn an_unlisted_effect_changes_no_bit_and_no_count() {
     assert!(Scene::parse(&listed, "listed.toml", &[]).is_ok());
 
     let scene = Scene::load(&path, &[]).unwrap();
-    let search = Search::in_directories(vec![crate::plugins::build::directory().to_owned()]);
+    let search = PluginSearch::in_directories(vec![crate::plugins::build::directory().to_owned()]);
     let mut simulation = Simulation::new(&scene, &search).unwrap();
     let directory = ResultDirectory::prepare(&folder.path().join("with"), false).unwrap();
     let mut progress = Progress::new(Mode::Silent, 0.0, 1.0);

@@ -98,7 +98,7 @@ fn its_parameters_are_checked_where_they_are_written() {
         let error = match Scene::parse(&text, "plate.toml", &[]) {
             Err(error) => error,
             Ok(scene) => {
-                let search = rumple::kinetics::Search::in_directories(Vec::new());
+                let search = rumple::kinetics::PluginSearch::in_directories(Vec::new());
                 match rumple::Simulation::new(&scene, &search) {
                     Err(rumple::Error::Scene(error)) => error,
                     _ => panic!("accepted: {to}"),

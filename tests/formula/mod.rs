@@ -4,7 +4,7 @@ use std::path::Path;
 
 use proptest::prelude::*;
 use rumple::kinetics::descriptor;
-use rumple::kinetics::formula::{Formula, FormulaKinetics, Law, LawError, Which};
+use rumple::kinetics::formula::{Formula, FormulaIndex, FormulaKinetics, Law, LawError};
 use rumple::kinetics::{Batch, Column, Feedback, Kinetics, Location, Parameter, Quantity, Species};
 use rumple::scene::Scene;
 
@@ -177,7 +177,7 @@ fn errors_point_to_the_place() {
     ];
     for (text, part, message) in cases {
         let LawError { formula, error } = FormulaKinetics::new(&law(text)).unwrap_err();
-        assert_eq!(formula, Which::Rate(0));
+        assert_eq!(formula, FormulaIndex::Rate(0));
         assert_eq!(&text[error.span.clone()], part, "{text}");
         assert!(error.message.contains(message), "{text}: {}", error.message);
     }
@@ -216,7 +216,7 @@ fn parts_come_in_any_order_but_not_in_a_circle() {
     good.lets = vec![part("b", "tension")];
     good.feedback = vec![(Feedback::LengthFactor, "1 + 1e-3*b".into())];
     let error = FormulaKinetics::new(&good).unwrap_err();
-    assert_eq!(error.formula, Which::Feedback(0));
+    assert_eq!(error.formula, FormulaIndex::Feedback(0));
     assert!(error.error.message.contains("reads the signal tension"), "{error:?}");
 }
 
@@ -306,7 +306,7 @@ until = 5.0
     }
     let wrong = text.replace("u^2*v\"\nrates.v", "u^2*vv\"\nrates.v");
     let scene = Scene::parse(&wrong, "scene.toml", &[]).unwrap();
-    let search = rumple::kinetics::Search::in_directories(Vec::new());
+    let search = rumple::kinetics::PluginSearch::in_directories(Vec::new());
     let error = match rumple::Simulation::new(&scene, &search) {
         Err(rumple::Error::Scene(error)) => error,
         other => panic!("{:?}", other.err()),

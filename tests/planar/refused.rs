@@ -5,7 +5,7 @@ use rumple::effects::{
     Needs,
 };
 use rumple::geometry::Shape;
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 use rumple::scene::Scene;
 use rumple::{Simulation, Vec3, kit, register_kind};
 use serde::{Deserialize, Serialize};
@@ -64,7 +64,7 @@ impl Energy for Weight {
 fn refused(text: &str, overrides: &[&str]) -> rumple::scene::SceneError {
     let text = text.replacen("[sheet]", "[sheet]\nplanar = true", 1);
     let keys: Vec<String> = overrides.iter().map(|o| (*o).to_owned()).collect();
-    let search = Search::in_directories(vec![build::directory().to_owned()]);
+    let search = PluginSearch::in_directories(vec![build::directory().to_owned()]);
     let made = Scene::parse(&text, "scene.toml", &keys).map_err(rumple::Error::from);
     match made.and_then(|scene| Simulation::new(&scene, &search)) {
         Ok(_) => panic!("accepted: {text}{overrides:?}"),

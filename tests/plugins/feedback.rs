@@ -5,7 +5,8 @@ use std::time::Duration;
 
 use rumple::kinetics::formula::{FormulaKinetics, Law};
 use rumple::kinetics::{
-    Batch, Column, Feedback, IsolatedLibrary, Isolation, Kinetics, Library, Location, Search, field,
+    Batch, Column, Feedback, IsolatedLibrary, Isolation, Kinetics, Library, Location, PluginSearch,
+    field,
 };
 use rumple::run;
 use rumple::scene::Scene;
@@ -123,7 +124,7 @@ curvature = "c*d"
 
 fn law(text: &str) -> Result<std::sync::Arc<dyn Kinetics>, String> {
     let scene = Scene::parse(text, "scene.toml", &[]).map_err(|e| e.to_string())?;
-    let search = Search::in_directories(vec![directory().to_owned()]);
+    let search = PluginSearch::in_directories(vec![directory().to_owned()]);
     let laws = run::laws::load(&scene, &search, &mut Vec::new()).map_err(|e| e.to_string())?;
     Ok(laws.unwrap().kinetics)
 }

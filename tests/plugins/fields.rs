@@ -5,7 +5,7 @@ use std::process::Command;
 use std::sync::Arc;
 
 use rumple::Simulation;
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 use rumple::model::Memory;
 use rumple::scene::Scene;
 
@@ -115,7 +115,7 @@ fn an_array_of_a_file_is_a_parameter() {
     };
     fs::write(place.path().join("scene.toml"), SCENE.replace("LAW", &from("c"))).unwrap();
     let scene = Scene::load(&place.path().join("scene.toml"), &[]).unwrap();
-    let search = Search::in_directories(vec![build::directory().to_owned()]);
+    let search = PluginSearch::in_directories(vec![build::directory().to_owned()]);
     let mut simulation = Simulation::new(&scene, &search).unwrap();
     let rates = simulation.evaluate().rates().unwrap()[0].clone();
     for (rate, x) in rates.iter().zip(simulation.sheet().rest()) {
@@ -134,7 +134,7 @@ fn fields_that_cannot_be_are_refused_with_place_and_point() {
             Ok(scene) => scene,
             Err(error) => return error.rendered(false),
         };
-        let search = Search::in_directories(vec![build::directory().to_owned()]);
+        let search = PluginSearch::in_directories(vec![build::directory().to_owned()]);
         match Simulation::new(&scene, &search) {
             Err(rumple::Error::Scene(error)) => error.rendered(false),
             Err(other) => other.to_string(),

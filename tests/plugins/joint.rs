@@ -1,6 +1,6 @@
 //! Several laws in one scene: side by side, one reading the other's species.
 
-use rumple::kinetics::{Kinetics, Search};
+use rumple::kinetics::{Kinetics, PluginSearch};
 use rumple::run;
 use rumple::scene::Scene;
 
@@ -47,7 +47,7 @@ initial = { u = 0.5, v = 0.25 }
 
 fn law(laws: &str) -> std::sync::Arc<dyn Kinetics> {
     let scene = Scene::parse(&POINT.replace("LAWS", laws), "scene.toml", &[]).unwrap();
-    let search = Search::in_directories(vec![build::directory().to_owned()]);
+    let search = PluginSearch::in_directories(vec![build::directory().to_owned()]);
     let laws = run::laws::load(&scene, &search, &mut Vec::new());
     laws.unwrap_or_else(|e| panic!("{e}")).unwrap().kinetics
 }
@@ -143,7 +143,7 @@ fn names_that_clash_or_lead_nowhere_are_refused_with_the_way_out() {
             Ok(scene) => scene,
             Err(error) => return error.rendered(false),
         };
-        let search = Search::in_directories(vec![build::directory().to_owned()]);
+        let search = PluginSearch::in_directories(vec![build::directory().to_owned()]);
         match rumple::Simulation::new(&scene, &search) {
             Ok(_) => panic!("{laws}"),
             Err(rumple::Error::Scene(error)) => error.rendered(false),

@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 
 use rumple::Simulation;
 use rumple::kinetics::validation::{self, Verdict};
-use rumple::kinetics::{Kinetics, Search, formula};
+use rumple::kinetics::{Kinetics, PluginSearch, formula};
 use rumple::scene::Scene;
 
 use crate::run::program;
@@ -31,7 +31,7 @@ every = 0.1
 fn reported(laws: &str) -> Result<Vec<String>, String> {
     let text = SCENE.replace("LAWS", laws);
     let scene = Scene::parse(&text, "scene.toml", &[]).map_err(|e| e.rendered(false))?;
-    match Simulation::new(&scene, &Search::in_directories(Vec::new())) {
+    match Simulation::new(&scene, &PluginSearch::in_directories(Vec::new())) {
         Ok(simulation) => Ok(simulation.notes().to_vec()),
         Err(rumple::Error::Scene(error)) => Err(error.rendered(false)),
         Err(error) => Err(error.to_string()),
@@ -156,7 +156,7 @@ fn the_rigid_motions_that_pins_leave_free_are_counted() {
     ] {
         let text = SCENE.replace("LAWS", &laws);
         let scene = Scene::parse(&text, "scene.toml", &[]).unwrap();
-        let search = Search::in_directories(Vec::new());
+        let search = PluginSearch::in_directories(Vec::new());
         let simulation = Simulation::new(&scene, &search).unwrap();
         assert_eq!(simulation.model().mechanics().free_motions(), free, "{laws}");
     }

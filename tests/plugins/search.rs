@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use rumple::kinetics::{KineticsError, Search, search};
+use rumple::kinetics::{KineticsError, PluginSearch, search};
 
 use super::build::directory;
 
@@ -11,7 +11,7 @@ use super::build::directory;
 fn a_name_is_looked_up_in_order_with_either_spelling() {
     let first = tempfile::tempdir().unwrap();
     let directories = vec![first.path().to_owned(), directory().to_owned()];
-    let search = Search::in_directories(directories);
+    let search = PluginSearch::in_directories(directories);
     let file = search::file_name("curvature-feedback");
     for name in ["curvature-feedback", "curvature_feedback"] {
         assert_eq!(search.resolve(name, Path::new("/")).unwrap(), directory().join(&file));
@@ -25,7 +25,7 @@ fn a_name_is_looked_up_in_order_with_either_spelling() {
 
 #[test]
 fn a_path_is_relative_to_the_scene() {
-    let search = Search::in_directories(vec![]);
+    let search = PluginSearch::in_directories(vec![]);
     let file = search::file_name("tension-feedback");
     let below = directory().file_name().unwrap().to_str().unwrap().to_owned() + "/" + &file;
     let scene = directory().parent().unwrap();
@@ -45,12 +45,12 @@ fn an_unknown_name_lists_what_there_is_and_where() {
     fs::write(place.path().join(search::file_name("other")), "no plugin").unwrap();
     // Misspelt as a path, a part of the name, and its words in another order.
     let path = format!("./{}", search::file_name("curvature-fedback"));
-    let nowhere = Search::in_directories(vec![]);
+    let nowhere = PluginSearch::in_directories(vec![]);
     let text = nowhere.resolve(&path, place.path()).unwrap_err().to_string();
     let near = search::file_name("curvature-feedback");
     assert!(text.contains("does not exist") && text.contains("did you mean"), "{text}");
     assert!(text.contains(&near), "{text}");
-    let there = Search::in_directories(vec![place.path().to_owned()]);
+    let there = PluginSearch::in_directories(vec![place.path().to_owned()]);
     for (name, near) in
         [("tension", "tension-feedback"), ("feedback-curvature", "curvature-feedback")]
     {
@@ -58,7 +58,7 @@ fn an_unknown_name_lists_what_there_is_and_where() {
         assert!(text.contains(&format!("did you mean `{near}`?")), "{text}");
     }
     let missing = place.path().join("missing");
-    let search = Search::in_directories(vec![missing.clone(), place.path().to_owned()]);
+    let search = PluginSearch::in_directories(vec![missing.clone(), place.path().to_owned()]);
     let text = search.resolve("curvature-fedback", Path::new("/")).unwrap_err().to_string();
     assert!(text.contains("no plugin `curvature-fedback`"), "{text}");
     assert!(text.contains("did you mean `curvature-feedback`?"), "{text}");
@@ -69,7 +69,7 @@ fn an_unknown_name_lists_what_there_is_and_where() {
 
 #[test]
 fn a_folder_is_told_from_the_library_in_it() {
-    let search = Search::in_directories(vec![]);
+    let search = PluginSearch::in_directories(vec![]);
     let place = tempfile::tempdir().unwrap();
     let folder = place.path().join("growth");
     fs::create_dir_all(folder.join("target/release")).unwrap();

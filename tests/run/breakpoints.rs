@@ -1,7 +1,7 @@
 //! Steps end where something jumps or bends in time.
 
 use rumple::Simulation;
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 use rumple::scene::Scene;
 
 use super::program::{folder, rumple, text};
@@ -172,7 +172,7 @@ fn a_plugin_that_reads_the_time_is_sampled() {
     let made = |keys: &[&str]| {
         let keys: Vec<String> = keys.iter().map(|key| (*key).to_owned()).collect();
         let scene = Scene::parse(&scene, "scene.toml", &keys).unwrap();
-        Simulation::new(&scene, &Search::in_directories(Vec::new())).unwrap()
+        Simulation::new(&scene, &PluginSearch::in_directories(Vec::new())).unwrap()
     };
     for integrator in integrators() {
         let mut simulation = made(&[&format!("time.integrator={integrator}")]);

@@ -130,7 +130,7 @@ fn a_scene_without_kinetics_has_no_species_and_no_plugin() {
     let text = super::SMALL.split("[kinetics]").next().unwrap().to_owned()
         + "[time]\nuntil = 1.0\nstop_when_steady = 1e-3\n";
     let scene = rumple::scene::Scene::parse(&text, "bare.toml", &[]).unwrap();
-    let search = rumple::kinetics::Search::in_directories(Vec::new());
+    let search = rumple::kinetics::PluginSearch::in_directories(Vec::new());
     let simulation = rumple::Simulation::new(&scene, &search).unwrap();
     assert!(simulation.model().chemistry().is_none());
     assert!(simulation.state().species.is_empty());

@@ -3,11 +3,11 @@
 use std::fmt::Write;
 use std::fs;
 
-use super::failed::{LATE, failing};
+use super::failed::{LATE_FAILURE, failing};
 use super::program::{folder, rumple, text};
 use crate::coupled::DOME;
 
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 use rumple::scene::Scene;
 use rumple::solve::SolveError;
 use rumple::{Error, Simulation};
@@ -99,7 +99,7 @@ fn a_flat_start_is_blamed_for_what_collapses() {
 /// Forces of the last digits of positions far from the origin.
 #[test]
 fn a_tolerance_below_round_off_is_blamed() {
-    let folder = folder(LATE);
+    let folder = folder(LATE_FAILURE);
     let keys = ["--set", "equilibrium.tolerance=1e-18", "--set", "equilibrium.max_iterations=60"];
     let args = [&["scene.toml", "--out", "a", "--quiet"], &keys[..]].concat();
     let message = failing(folder.path(), &args);
@@ -170,7 +170,7 @@ fn a_step_that_blows_up_is_an_error() {
     let folder = folder(&shell("vertices = 200", 500.0));
     let set = ["time.policy=\"simultaneous\"", "material.drag=0.1"].map(str::to_owned);
     let scene = Scene::load(&folder.path().join("scene.toml"), &set).unwrap();
-    let mut simulation = Simulation::new(&scene, &Search::from_environment(&[])).unwrap();
+    let mut simulation = Simulation::new(&scene, &PluginSearch::from_environment(&[])).unwrap();
     simulation.prepare().unwrap();
     let until = scene.time.span.until.get();
     let error = std::iter::repeat_with(|| simulation.step(until)).find_map(Result::err).unwrap();
@@ -214,7 +214,7 @@ fn a_species_that_runs_away_by_an_exponential_is_named_too() {
 
 #[test]
 fn a_law_that_chatters_about_a_pole_comes_to_an_end() {
-    let folder = folder(LATE);
+    let folder = folder(LATE_FAILURE);
     let keys = ["kinetics.rates.c=1/(1 - c)", "time.until=5", "sheet.vertices=30"];
     let keys = keys.iter().flat_map(|key| ["--set", *key]);
     let args: Vec<&str> = ["scene.toml", "--out", "a", "--quiet"].into_iter().chain(keys).collect();
@@ -224,7 +224,7 @@ fn a_law_that_chatters_about_a_pole_comes_to_an_end() {
 
 #[test]
 fn explicit_steps_beyond_the_limit_of_diffusion_are_told() {
-    let folder = folder(LATE);
+    let folder = folder(LATE_FAILURE);
     let euler = r#"time.integrator={ kind = "staggered", method = "euler", step = 0.1 }"#;
     let keys = ["kinetics.rates.c=-c", "effect[3].coefficient=100", euler];
     let keys = keys.iter().flat_map(|key| ["--set", *key]);
@@ -243,7 +243,7 @@ fn explicit_steps_beyond_the_limit_of_diffusion_are_told() {
 
 #[test]
 fn steps_that_shrink_are_told_and_their_causes_are_in_the_ledger() {
-    let folder = folder(LATE);
+    let folder = folder(LATE_FAILURE);
     let message = failing(folder.path(), &["scene.toml", "--out", "a"]);
     assert_says(&message, &["steps have shrunk by a factor of", "rejected for: ", " law"]);
     let ledger = fs::read_to_string(folder.path().join("a/ledger.csv")).unwrap();

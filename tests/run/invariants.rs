@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Output;
 
 use rumple::Simulation;
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 use rumple::scene::Scene;
 
 use super::program::{folder, rumple, text};
@@ -389,7 +389,7 @@ fn a_refused_step_changes_nothing() {
 fn what_makes_no_sense_is_refused_with_its_place() {
     let refusal = |laws: &str, keys: &[&str]| {
         let keys: Vec<String> = keys.iter().map(|key| (*key).to_owned()).collect();
-        let search = Search::in_directories(vec![build::directory().to_owned()]);
+        let search = PluginSearch::in_directories(vec![build::directory().to_owned()]);
         let made = Scene::parse(&format!("{FREE}\n[invariants]\n{laws}\n"), "scene.toml", &keys);
         let made = made.map_err(rumple::Error::from).and_then(|s| Simulation::new(&s, &search));
         match made {

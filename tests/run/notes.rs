@@ -3,7 +3,7 @@
 use std::fs;
 
 use rumple::Simulation;
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 use rumple::scene::Scene;
 
 use super::prepare;
@@ -47,7 +47,7 @@ fn what_the_author_may_not_have_meant_is_told() {
 
 #[test]
 fn shipped_scenes_are_ready_to_run_without_a_word() {
-    let search = Search::in_directories(vec![build::directory().to_owned()]);
+    let search = PluginSearch::in_directories(vec![build::directory().to_owned()]);
     let mut count = 0;
     for folder in fs::read_dir("models").unwrap().map(|f| f.unwrap().path()) {
         // The hard ones are run as such, some with meshes that are made for them.
@@ -89,7 +89,8 @@ fn a_curved_shape_from_a_file_is_told_to_be_under_stress() {
         );
         fs::write(folder.path().join("scene.toml"), scene).unwrap();
         let scene = Scene::load(&folder.path().join("scene.toml"), &[]).unwrap();
-        let mut simulation = Simulation::new(&scene, &Search::in_directories(vec![])).unwrap();
+        let mut simulation =
+            Simulation::new(&scene, &PluginSearch::in_directories(vec![])).unwrap();
         (simulation.notes().join("\n"), simulation.energies().unwrap())
     };
     let (stretching, bending) =
@@ -249,7 +250,7 @@ fn diffusion_without_a_coefficient_in_a_law_as_text_is_refused() {
     let law = text
         .replace("plugin = \"curvature-feedback\"", "rates.c = \"-c\"")
         .replace("parameters = { c_star = 0.1, b = 20.0 }\n", "");
-    let search = Search::in_directories(vec![build::directory().to_owned()]);
+    let search = PluginSearch::in_directories(vec![build::directory().to_owned()]);
     let made = |text: &str| {
         let scene = Scene::parse(text, "scene.toml", &[]).unwrap_or_else(|e| panic!("{e}"));
         Simulation::new(&scene, &search).map(|s| s.notes().join("\n")).map_err(|e| e.to_string())
@@ -267,7 +268,7 @@ fn diffusion_without_a_coefficient_in_a_law_as_text_is_refused() {
 /// What `check` says of the small scene with these keys, which it refuses.
 fn refused(keys: &[&str]) -> String {
     let keys: Vec<String> = keys.iter().map(|o| (*o).to_owned()).collect();
-    let search = Search::in_directories(vec![build::directory().to_owned()]);
+    let search = PluginSearch::in_directories(vec![build::directory().to_owned()]);
     let scene = Scene::parse(super::SMALL, "scene.toml", &keys).unwrap_or_else(|e| panic!("{e}"));
     match Simulation::new(&scene, &search) {
         Ok(_) => panic!("{keys:?} is accepted"),
@@ -294,7 +295,7 @@ fn numbers_too_large_or_small_to_compute_with_are_named() {
         let text = refused(&[key]);
         assert!(text.contains(name) && text.contains("1e-100 and 1e100"), "{key}: {text}");
     }
-    let search = Search::in_directories(vec![build::directory().to_owned()]);
+    let search = PluginSearch::in_directories(vec![build::directory().to_owned()]);
     for (effect, name) in [
         ("kind = \"pressure\"\nvalue = 1e300", "effect[3]: a force of "),
         ("kind = \"diffusion\"\nspecies = \"c\"\ncoefficient = 1e300", "effect[3].coefficient: "),

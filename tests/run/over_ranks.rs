@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 use rumple::output::ResultDirectory;
 use rumple::reduction::Communicator;
 use rumple::run::{ranks, resume};
@@ -43,7 +43,7 @@ fn refusals(root: &Path, size: usize) -> Vec<String> {
             true => ResultDirectory::reopen(&own).unwrap(),
             false => ResultDirectory::prepare(&own, false).unwrap(),
         };
-        let search = Search::in_directories(Vec::new());
+        let search = PluginSearch::in_directories(Vec::new());
         let resumed = resume::resume_on(root, &directory, None, &search, Some(rank));
         resumed.err().expect("it is resumed").to_string()
     })
@@ -87,7 +87,7 @@ fn contact_over_ranks_is_refused_at_its_effect() {
     ] {
         let scene = SCENE.replace("# more", effect);
         let scene = Scene::parse(&scene, "scene.toml", &[]).unwrap();
-        let search = Search::in_directories(Vec::new());
+        let search = PluginSearch::in_directories(Vec::new());
         let refused = on_ranks(2, |rank| match Simulation::over(&scene, &search, rank) {
             Err(Error::Scene(error)) => error.rendered(false),
             Err(other) => panic!("{other}"),

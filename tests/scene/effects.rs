@@ -1,7 +1,7 @@
 //! Effects of the engine in scenes: options that belong to another model, regions, loads.
 
 use rumple::Simulation;
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 use rumple::scene::Scene;
 
 use super::{position, refused};
@@ -30,7 +30,7 @@ model = "stvk"
 
 fn build(effect: &str) -> Result<Simulation, rumple::Error> {
     let scene = Scene::parse(&format!("{HEAD}{effect}\n"), "s.toml", &[])?;
-    Simulation::new(&scene, &Search::in_directories(Vec::new()))
+    Simulation::new(&scene, &PluginSearch::in_directories(Vec::new()))
 }
 
 /// Refused once the sheet is known: message, help, and the first `needle` as the place.

@@ -1,7 +1,7 @@
 //! Parameters that differ from place to place: what is accepted, and how wrong ones are answered.
 
 use rumple::Simulation;
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 use rumple::scene::Scene;
 use rumple::sheet::Sheet;
 
@@ -56,7 +56,7 @@ pub(crate) fn written(folder: &std::path::Path) -> (Sheet, String) {
 fn built(file: &str, from: &str, to: &str) -> (String, Result<Simulation, rumple::Error>) {
     let text = TEXT.replace("FILE", file).replacen(from, to, 1);
     let scene = Scene::parse(&text, "s.toml", &[]).map_err(rumple::Error::from);
-    let search = Search::in_directories(Vec::new());
+    let search = PluginSearch::in_directories(Vec::new());
     (text, scene.and_then(|scene| Simulation::new(&scene, &search)))
 }
 

@@ -6,15 +6,15 @@ use rumple::study::run::{Needs, available};
 fn needs_go_by_the_nearest_in_size_and_by_the_ended_before_the_running() {
     let mut needs = Needs::default();
     assert_eq!(needs.of(1000), None);
-    needs.running(vec![(1000, 100)]);
+    needs.set_running(vec![(1000, 100)]);
     assert_eq!(needs.of(1000), Some(150), "with room for growth");
     assert_eq!(needs.of(3000), Some(450), "in proportion");
-    needs.ended(1000, 120);
+    needs.record_peak(1000, 120);
     assert_eq!(needs.of(1000), Some(120));
     assert_eq!(needs.of(2000), Some(240));
     assert_eq!(needs.of(10), Some(120), "a smaller one may need as much");
-    needs.ended(1000, 140);
-    needs.ended(2000, 150);
+    needs.record_peak(1000, 140);
+    needs.record_peak(2000, 150);
     assert_eq!([needs.of(1000), needs.of(2000), needs.of(4000)], [Some(140), Some(150), Some(300)]);
 }
 

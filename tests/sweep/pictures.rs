@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use rumple::Vec3;
 use rumple::output::picture::Picture;
 use rumple::study::Measures;
-use rumple::study::gather::{LastState, MemberResults, MemberStatus};
+use rumple::study::gather::{MemberResults, MemberStatus, ShownState};
 use rumple::study::plan::{Axis, Plan, Point};
 use rumple::study::sweep::{contact_sheet, drawn_keys, figure};
 
@@ -82,7 +82,7 @@ fn complete(plan: &Plan, number: usize, spots: usize, value: f64) -> MemberResul
         start: None,
         intersection: None,
         timing: None,
-        shown: Some(LastState {
+        shown: Some(ShownState {
             x: sheet.rest().to_vec(),
             triangles: sheet.triangles().to_vec(),
             species: Some(("c".into(), values)),

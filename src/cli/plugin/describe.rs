@@ -5,7 +5,7 @@ use clap::Args;
 use super::{LawArgs, LawSource};
 use crate::Result;
 use crate::kinetics::descriptor::Default;
-use crate::kinetics::{Descriptor, Feedback, Library, Search, SignalRead};
+use crate::kinetics::{Descriptor, Feedback, Library, PluginSearch, SignalRead};
 
 /// Arguments of `plugin describe`.
 #[derive(Debug, Args)]
@@ -14,7 +14,7 @@ pub(super) struct DescribeArgs {
     law: LawArgs,
 }
 
-pub(super) fn list(search: &Search) -> Result<()> {
+pub(super) fn list(search: &PluginSearch) -> Result<()> {
     let found = search.list();
     for (name, file) in &found {
         match Library::load(file) {

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use clap::{Args, Subcommand};
 
 use crate::Result;
-use crate::kinetics::{Kinetics, Library, Search};
+use crate::kinetics::{Kinetics, Library, PluginSearch};
 use crate::run::laws;
 use crate::scene::Scene;
 
@@ -48,8 +48,8 @@ struct SearchArgs {
 }
 
 impl SearchArgs {
-    fn search(&self) -> Search {
-        Search::from_environment(&self.plugin_path)
+    fn search(&self) -> PluginSearch {
+        PluginSearch::from_environment(&self.plugin_path)
     }
 }
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::{HowArgs, PlanArgs, gathered};
 use crate::cli::{SceneArgs, warn};
-use crate::kinetics::Search;
+use crate::kinetics::PluginSearch;
 use crate::output::Interrupt;
 use crate::run::{Error, Result};
 use crate::study::plan::{Axis, Plan, seed_axis};
@@ -25,7 +25,7 @@ pub(in crate::cli) fn made_by(plan: &mut Plan, scene: &SceneArgs) -> Result<()> 
     // Refused here where plugins cannot be isolated.
     crate::cli::isolation(scene.isolate, scene.plugin_limit)?;
     plan.isolate = scene.isolate;
-    let directories = Search::from_environment(&scene.plugin_path).directories().to_vec();
+    let directories = PluginSearch::from_environment(&scene.plugin_path).directories().to_vec();
     plan.threads = scene.threads.unwrap_or(1);
     plan.plugin_limit = scene.plugin_limit;
     plan.plugin_path =

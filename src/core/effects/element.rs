@@ -152,7 +152,7 @@ pub struct Elements<const K: usize, E> {
     timed: bool,
     coupling: Coupling,
     force_scale: f64,
-    applied_force: f64,
+    largest_applied_force: f64,
 }
 
 /// Makes all elements under given optimal lengths and species and at a given time.
@@ -210,7 +210,7 @@ impl<const K: usize, E: Element<K>> Elements<K, E> {
             timed: false,
             coupling,
             force_scale: 0.0,
-            applied_force: 0.0,
+            largest_applied_force: 0.0,
         }
     }
 
@@ -244,10 +244,10 @@ impl<const K: usize, E: Element<K>> Elements<K, E> {
     }
 
     /// The same, with the largest force that is applied to a vertex of the sheet at rest
-    /// ([`Energy::applied_force`]): for loads, so that a tolerance above it is reported.
+    /// ([`Energy::largest_applied_force`]): for loads, so that a tolerance above it is reported.
     #[must_use]
     pub fn with_applied_force(mut self, force: f64) -> Self {
-        self.applied_force = force;
+        self.largest_applied_force = force;
         self
     }
 }
@@ -336,7 +336,7 @@ impl<const K: usize, E: Element<K> + 'static> Energy for Elements<K, E> {
         self.force_scale
     }
 
-    fn applied_force(&self) -> f64 {
-        self.applied_force
+    fn largest_applied_force(&self) -> f64 {
+        self.largest_applied_force
     }
 }

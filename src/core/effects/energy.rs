@@ -46,7 +46,7 @@ impl Coupling {
 
 /// The second derivatives `stiffness · d ⊗ d`, d one vector a vertex.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct LowRank {
+pub struct RankOneTerm {
     /// Energy per squared unit of d·x.
     pub stiffness: f64,
     /// d, a gradient.
@@ -132,7 +132,7 @@ pub trait Energy: Send + Sync + 'static {
         _shape: &Shape<'_>,
         _work: &mut Self::Work,
         _part: HessianPart,
-        _terms: &mut Vec<LowRank>,
+        _terms: &mut Vec<RankOneTerm>,
     ) {
     }
 
@@ -223,7 +223,7 @@ pub trait Energy: Send + Sync + 'static {
 
     /// Largest external force on a vertex in the reference configuration; 0 if
     /// none is.
-    fn applied_force(&self) -> f64 {
+    fn largest_applied_force(&self) -> f64 {
         0.0
     }
 }

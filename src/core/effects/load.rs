@@ -310,7 +310,7 @@ impl Energy for DeadLoad {
 
     fn add_hessian(&self, _: &Shape<'_>, _: &mut Vec<Vec3>, _: HessianPart, _: &mut BlockMatrix) {}
 
-    fn applied_force(&self) -> f64 {
+    fn largest_applied_force(&self) -> f64 {
         self.factor.largest() * self.force.iter().map(|f| f.norm()).fold(0.0, f64::max)
     }
 }

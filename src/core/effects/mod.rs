@@ -57,7 +57,9 @@ pub use diffusion::{Diffusion, DiffusionMetric, DiffusionScheme};
 pub use directed::{DirectedGrowth, DirectedLengthFactor};
 pub use element::{Element, Elements};
 pub(crate) use energy::{AnyEnergy, Work};
-pub use energy::{Coupling, Energy, EnergyTerm, HessianPart, LowRank, SeparatedStart, Touching};
+pub use energy::{
+    Coupling, Energy, EnergyTerm, HessianPart, RankOneTerm, SeparatedStart, Touching,
+};
 pub use exchange::Exchange;
 pub use fibre::Fibre;
 pub use field::{Field, Part, Values};

@@ -10,8 +10,8 @@ pub use typetag;
 
 pub use super::{
     Block, BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Elasticity,
-    Element, Elements, Energy, Factor, Field, HessianPart, Internal, LowRank, Material, Measure,
-    Needs, Ramp, Region, Transport, Values, VertexField,
+    Element, Elements, Energy, Factor, Field, HessianPart, Internal, Material, Measure, Needs,
+    Ramp, RankOneTerm, Region, Transport, Values, VertexField,
 };
 pub use crate::Vec3;
 pub use crate::geometry::{Conditions, Shape, lumped_areas};

@@ -138,7 +138,7 @@ impl Energy for FollowerPressure {
         self.at(shape.time).evaluate(shape, work, gradient)
     }
 
-    fn applied_force(&self) -> f64 {
+    fn largest_applied_force(&self) -> f64 {
         self.factor.largest() * self.at_rest
     }
 

@@ -30,7 +30,7 @@ use super::cone::{Cone, ConeWork};
 use super::ramp::Factor;
 use super::{
     BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart,
-    LowRank, Needs, Ramp,
+    Needs, Ramp, RankOneTerm,
 };
 use crate::Vec3;
 use crate::geometry::{Shape, volume};
@@ -216,12 +216,12 @@ impl Energy for EnclosedVolume {
         shape: &Shape<'_>,
         work: &mut Self::Work,
         _: HessianPart,
-        terms: &mut Vec<LowRank>,
+        terms: &mut Vec<RankOneTerm>,
     ) {
         let Some(stiffness) = self.stiffness else { return };
         let (target, _) = self.at(shape);
         let mut direction = vec![Vec3::zeros(); shape.x.len()];
         self.cone(1.0).evaluate(shape, work, Some(&mut direction));
-        terms.push(LowRank { stiffness: stiffness / target, direction });
+        terms.push(RankOneTerm { stiffness: stiffness / target, direction });
     }
 }

@@ -9,7 +9,7 @@ use super::{
 };
 use super::{crumpled, dot, exceeds, finite, largest, moved, norm, on_threads, random_vectors};
 use crate::Vec3;
-use crate::effects::{EnergyTerm, HessianPart, LowRank, SPONTANEOUS_CURVATURE};
+use crate::effects::{EnergyTerm, HessianPart, RankOneTerm, SPONTANEOUS_CURVATURE};
 use crate::linear::BlockMatrix;
 use crate::model::{Mechanics, ModelError, Potential};
 use crate::num::real;
@@ -149,7 +149,7 @@ struct Derivatives<'a> {
     scale: f64,
     gradient: Vec<Vec3>,
     matrix: BlockMatrix,
-    low_rank: Vec<LowRank>,
+    low_rank: Vec<RankOneTerm>,
 }
 
 impl Derivatives<'_> {

@@ -21,7 +21,7 @@ use super::error::ModelError;
 use super::mechanics::Mechanics;
 use super::potential::Potential;
 use crate::Vec3;
-use crate::effects::{HessianPart, LowRank, Work};
+use crate::effects::{HessianPart, RankOneTerm, Work};
 use crate::geometry::Shape;
 use crate::linear::BlockMatrix;
 use crate::parallel;
@@ -154,11 +154,11 @@ impl Constraints {
         &mut self,
         mechanics: &Mechanics,
         shape: &Shape<'_>,
-        terms: &mut Vec<LowRank>,
+        terms: &mut Vec<RankOneTerm>,
     ) {
         self.evaluate(mechanics, shape);
         for (stiffness, direction) in self.stiffness.iter().zip(&self.gradients) {
-            terms.push(LowRank { stiffness: *stiffness, direction: direction.clone() });
+            terms.push(RankOneTerm { stiffness: *stiffness, direction: direction.clone() });
         }
     }
 }

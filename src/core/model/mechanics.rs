@@ -219,7 +219,7 @@ impl Mechanics {
     /// [`Mechanics::names`].
     #[must_use]
     pub fn applied_forces(&self) -> Vec<f64> {
-        let mut all: Vec<f64> = self.terms.iter().map(|e| e.applied_force()).collect();
+        let mut all: Vec<f64> = self.terms.iter().map(|e| e.largest_applied_force()).collect();
         self.sheet.reduction().max_over_ranks(&mut all);
         all
     }

@@ -12,7 +12,7 @@ use super::error::ModelError;
 use super::mechanics::Mechanics;
 use super::proximal_term::Anchor;
 use crate::Vec3;
-use crate::effects::{HessianPart, LowRank, Pins, Work};
+use crate::effects::{HessianPart, Pins, RankOneTerm, Work};
 use crate::geometry::{RestMetric, Shape};
 use crate::linear::{BlockMatrix, BlockPattern};
 use crate::parallel;
@@ -384,7 +384,7 @@ impl Potential {
     }
 
     /// Second derivatives of low rank at `x`, with the fixed directions set to zero.
-    pub fn low_rank(&mut self, x: &[Vec3], part: HessianPart) -> Vec<LowRank> {
+    pub fn low_rank(&mut self, x: &[Vec3], part: HessianPart) -> Vec<RankOneTerm> {
         let mut terms = Vec::new();
         if self.mechanics.has_low_rank() {
             self.each(energy::LOW_RANK, x, |_, term, work, shape| {

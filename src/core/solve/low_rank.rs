@@ -12,14 +12,14 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use crate::Vec3;
-use crate::effects::LowRank;
+use crate::effects::RankOneTerm;
 use crate::parallel;
 use crate::reduction::Reduction;
 
 /// What terms of low rank change in the solutions with a factor.
 #[derive(Debug, Default)]
 pub(super) struct LowRankUpdate {
-    terms: Vec<LowRank>,
+    terms: Vec<RankOneTerm>,
     /// Z.
     solved: Vec<Vec<Vec3>>,
     /// C⁻¹; none where C is singular.
@@ -32,7 +32,7 @@ pub(super) struct LowRankUpdate {
 impl LowRankUpdate {
     /// Of `terms`; `solve` replaces a vector by its solution with A.
     pub(super) fn new(
-        mut terms: Vec<LowRank>,
+        mut terms: Vec<RankOneTerm>,
         reduction: &Reduction,
         mut solve: impl FnMut(&mut [Vec3]),
     ) -> Self {
@@ -61,7 +61,7 @@ impl LowRankUpdate {
     }
 
     /// The terms.
-    pub(super) fn terms(&self) -> &[LowRank] {
+    pub(super) fn terms(&self) -> &[RankOneTerm] {
         &self.terms
     }
 

@@ -86,7 +86,7 @@ struct Running {
     /// Where it is; `None` after a failed step. From another state it restarts.
     at: Option<State>,
     /// The shape of the unknowns, where a sheet that floats is moved rigidly from there.
-    held: Option<Positions>,
+    unsettled: Option<Positions>,
 }
 
 /// The integrator of diffsol's methods on the whole system, or on a part of it.
@@ -97,7 +97,7 @@ pub(super) struct Monolithic {
     rtol: f64,
     atol: f64,
     /// Tolerances of the error of one step, relative to these.
-    local: f64,
+    local_share: f64,
     step: Option<f64>,
     course: Option<TimeCourse>,
     running: Option<Running>,
@@ -116,8 +116,8 @@ impl Monolithic {
     ) -> Self {
         let (linear, steady) = (LinearChoice::default(), SteadyChemistry::default());
         let (course, running, meter) = (None, None, None);
-        let local = 1.0;
-        Self { part, method, linear, rtol, atol, local, step, course, running, steady, meter }
+        let local_share = 1.0;
+        Self { part, method, linear, rtol, atol, local_share, step, course, running, steady, meter }
     }
 
     /// Of a part that moves alone: the shape under drag, `drag dx/dt = -∂U/∂x`, or the chemistry on
@@ -154,8 +154,8 @@ impl Monolithic {
             }
             coupled.pack(state)
         };
-        if let Some(Running { integration, at, held, .. }) = &mut self.running {
-            (*at, *held) = (None, None);
+        if let Some(Running { integration, at, unsettled, .. }) = &mut self.running {
+            (*at, *unsettled) = (None, None);
             let start = integration.with(|problem| {
                 problem.control = workspace.control.clone();
                 begin(&mut problem.coupled)
@@ -173,8 +173,8 @@ impl Monolithic {
             method: self.method,
             linear: self.linear,
             displacements: coupled.displacements(),
-            rtol: self.local * self.rtol,
-            atol: coupled.tolerances(self.local * self.atol),
+            rtol: self.local_share * self.rtol,
+            atol: coupled.tolerances(self.local_share * self.atol),
             step: self.step,
             span,
             tally: workspace.model.tally().clone(),
@@ -186,7 +186,7 @@ impl Monolithic {
         let control = workspace.control.clone();
         let problem = Problem { coupled, control, scale };
         let integration = Integration::new(problem, state.time, start, options)?;
-        self.running = Some(Running { integration, layout, at: None, held: None });
+        self.running = Some(Running { integration, layout, at: None, unsettled: None });
         Ok(())
     }
 
@@ -204,12 +204,12 @@ impl Monolithic {
         if !self.running.as_ref().is_some_and(here) {
             self.restart(workspace, state, until)?;
         }
-        let Some(Running { integration, layout, at, held }) = &mut self.running else {
+        let Some(Running { integration, layout, at, unsettled }) = &mut self.running else {
             return Err(SolveError::NotFinite);
         };
         // The accepted state is the start of the next step.
         let mut next = at.take().unwrap_or_else(|| state.clone());
-        if let Some(shape) = held.take() {
+        if let Some(shape) = unsettled.take() {
             next.x = shape;
         }
         let tolerance = (self.rtol, self.atol);
@@ -234,7 +234,7 @@ impl Monolithic {
         if self.part == Part::Whole && model.moves() && model.storage().mechanics == 0.0 {
             let shape = next.x.clone();
             workspace.settle(&mut next, &state.x)?;
-            *held = (next.x != shape).then_some(shape);
+            *unsettled = (next.x != shape).then_some(shape);
         }
         let mut report = StepReport { length: next.time - state.time, ..StepReport::default() };
         if self.part != Part::Chemistry {

@@ -33,7 +33,7 @@ impl<'a> Route<'a> {
     }
 
     /// The same with conditions that stay as they are when the clock shows `t`.
-    pub(super) fn stopped(&self, t: f64) -> Self {
+    pub(super) fn stopped_at(&self, t: f64) -> Self {
         Self { stop: t.min(self.stop), ..*self }
     }
 

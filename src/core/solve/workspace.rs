@@ -53,7 +53,7 @@ impl Control {
 
     /// Whether the work is to be given up.
     #[must_use]
-    pub fn interrupted(&self) -> bool {
+    pub fn is_interrupted(&self) -> bool {
         self.reduction.any((self.interrupted)())
     }
 
@@ -68,7 +68,7 @@ impl Control {
     /// # Errors
     /// [`SolveError::Interrupted`].
     pub fn check(&self) -> Result<()> {
-        if self.interrupted() { Err(SolveError::Interrupted) } else { Ok(()) }
+        if self.is_interrupted() { Err(SolveError::Interrupted) } else { Ok(()) }
     }
 
     /// Reports what is being done, and how far it is.

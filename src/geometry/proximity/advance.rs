@@ -18,14 +18,14 @@ const MAX_ADVANCES: usize = 500;
 
 /// A pair of features.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Kind {
+pub enum PairKind {
     /// A vertex and a triangle.
     PointTriangle,
     /// Two edges.
     EdgeEdge,
 }
 
-impl Kind {
+impl PairKind {
     /// The distance of the features.
     #[must_use]
     pub fn distance(self, x: &Corners) -> f64 {

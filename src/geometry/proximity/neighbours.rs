@@ -4,10 +4,10 @@ use rumple_numerics::Vec3;
 use rumple_numerics::num::{index, real};
 use rumple_numerics::parallel;
 
-use super::advance::Kind;
+use super::advance::PairKind;
 use super::clusters::Cluster;
 use super::pairs::Pair;
-use super::search::{Features, Limit, Search};
+use super::search::{Features, Limit, PairSearch};
 use crate::box_tree::{Bounds, BoxTree};
 
 /// Pairs are taken over where at least this share of the allowed approach of their clusters is left.
@@ -213,10 +213,10 @@ impl Neighbours {
     }
 
     /// All pairs, of which `search` finds those not known yet, by vertex and triangle, then by edges.
-    pub(super) fn pairs<K: Fn(Kind, &[u32; 4]) -> Option<f64> + Sync>(
+    pub(super) fn pairs<K: Fn(PairKind, &[u32; 4]) -> Option<f64> + Sync>(
         &mut self,
         clusters: &[Cluster],
-        search: &Search<'_, K>,
+        search: &PairSearch<'_, K>,
     ) -> Vec<Pair> {
         let mut needed = vec![false; clusters.len()];
         for (k, near) in self.of.iter().enumerate() {

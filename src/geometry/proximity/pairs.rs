@@ -14,13 +14,13 @@ use rumple_numerics::Vec3;
 use rumple_numerics::parallel;
 use rumple_sheet::Sheet;
 
-use super::advance::{Kind, at};
+use super::advance::{PairKind, at};
 use super::clusters::{Cluster, clusters};
 use super::deformation::{Deformation, Deformed, changes};
 use super::list::List;
 use super::neighbours::Neighbours;
 use super::patches::Patch;
-use super::search::{Limit, Search};
+use super::search::{Limit, PairSearch};
 use crate::box_tree::{Bounds, BoxTree};
 
 /// Share of the distance at rest that bounds the reach of a pair.
@@ -48,15 +48,15 @@ impl Range {
     /// The reach of features that are so far apart at rest.
     #[inline]
     #[must_use]
-    pub fn at(&self, kind: Kind, at_rest: f64) -> f64 {
+    pub fn at(&self, kind: PairKind, at_rest: f64) -> f64 {
         self.of(kind).min(MAX_REACH_SHARE * self.shrinkage * at_rest)
     }
 
     /// The reach of features that are far apart at rest.
-    pub(super) fn of(&self, kind: Kind) -> f64 {
+    pub(super) fn of(&self, kind: PairKind) -> f64 {
         match kind {
-            Kind::PointTriangle => self.points,
-            Kind::EdgeEdge => self.edges,
+            PairKind::PointTriangle => self.points,
+            PairKind::EdgeEdge => self.edges,
         }
     }
 }
@@ -65,7 +65,7 @@ impl Range {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pair {
     /// What they are.
-    pub kind: Kind,
+    pub kind: PairKind,
     /// Numbers of vertex and triangle, or of the edges.
     pub features: [u32; 2],
     /// Their vertices.
@@ -115,7 +115,7 @@ impl Proximity {
     /// pairs of edges.
     pub fn near(&mut self, sheet: &Sheet, x: &[Vec3], range: &Range) -> (&[Pair], &[Pair]) {
         let pairs = &self.listed(sheet, x, range).pairs;
-        pairs.split_at(pairs.partition_point(|pair| pair.kind == Kind::PointTriangle))
+        pairs.split_at(pairs.partition_point(|pair| pair.kind == PairKind::PointTriangle))
     }
 
     /// Whether anything may touch or cross at `x`: no, where all that no patch keeps apart is further away than its reach.
@@ -190,13 +190,13 @@ impl Proximity {
             let moved = |v: u32| x[v as usize] - before.at[v as usize];
             neighbours.keep(&self.clusters, &before.neighbours, &moved);
         }
-        let keep = |kind: Kind, corners: &[u32; 4]| {
+        let keep = |kind: PairKind, corners: &[u32; 4]| {
             let distance = kind.distance(&at(x, corners)) - slack;
             // Distances at rest are asked for last: most pairs are out of reach without.
             let reach = (distance < range.of(kind)).then(|| reach(kind, sheet, corners, &range))?;
             (distance < reach).then_some(reach)
         };
-        let search = Search { sheet, x, d: None, limit, keep: &keep };
+        let search = PairSearch { sheet, x, d: None, limit, keep: &keep };
         let pairs = neighbours.pairs(&self.clusters, &search);
         List::new(
             (&self.clusters, self.edge),
@@ -231,17 +231,17 @@ impl Proximity {
                 false => holds(&at_start) && holds(&at_end),
             }
         });
-        let keep = |kind: Kind, corners: &[u32; 4]| Some(reach(kind, sheet, corners, range));
+        let keep = |kind: PairKind, corners: &[u32; 4]| Some(reach(kind, sheet, corners, range));
         let limit = Limit { range, share: MIN_DISTANCE_SHARE, slack: 0.0 };
         let parts = (clusters.as_slice(), tree);
         let mut neighbours = Neighbours::find(parts, (x, Some(d)), &limit, (&|k| apart[k], 0.0));
-        let search = Search { sheet, x, d: Some(d), limit, keep: &keep };
+        let search = PairSearch { sheet, x, d: Some(d), limit, keep: &keep };
         neighbours.pairs(clusters, &search)
     }
 }
 
 /// The reach of a pair.
-fn reach(kind: Kind, sheet: &Sheet, corners: &[u32; 4], range: &Range) -> f64 {
+fn reach(kind: PairKind, sheet: &Sheet, corners: &[u32; 4], range: &Range) -> f64 {
     range.at(kind, kind.distance(&at(sheet.rest(), corners)))
 }
 

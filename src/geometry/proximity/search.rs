@@ -3,7 +3,7 @@
 use rumple_numerics::Vec3;
 use rumple_sheet::Sheet;
 
-use super::advance::Kind;
+use super::advance::PairKind;
 use super::ball::Ball;
 use super::clusters::Cluster;
 use super::pairs::{Pair, Range};
@@ -19,26 +19,26 @@ pub(super) struct Limit<'a> {
 impl Limit<'_> {
     /// Whether there can be such a pair, at least `gap` apart and at rest at most `span`.
     #[inline]
-    fn holds(&self, kind: Kind, gap: f64, span: impl FnOnce() -> f64) -> bool {
+    fn holds(&self, kind: PairKind, gap: f64, span: impl FnOnce() -> f64) -> bool {
         let gap = gap - self.slack;
         gap < self.share * self.range.of(kind) && gap < self.share * self.range.at(kind, span())
     }
 
     /// The distance at which no pair is wanted.
     pub(super) fn farthest(&self) -> f64 {
-        self.of(Kind::PointTriangle).max(self.of(Kind::EdgeEdge))
+        self.of(PairKind::PointTriangle).max(self.of(PairKind::EdgeEdge))
     }
 
     /// The same of pairs of a kind.
     #[inline]
-    fn of(&self, kind: Kind) -> f64 {
+    fn of(&self, kind: PairKind) -> f64 {
         self.share * self.range.of(kind) + self.slack
     }
 
     /// By how much features of two clusters, at least `gap` apart and at rest at most `span`, are too far apart.
     pub(super) fn room(&self, gap: f64, span: f64) -> f64 {
         let of = |kind| self.range.at(kind, span);
-        gap - self.slack - self.share * of(Kind::PointTriangle).max(of(Kind::EdgeEdge))
+        gap - self.slack - self.share * of(PairKind::PointTriangle).max(of(PairKind::EdgeEdge))
     }
 }
 
@@ -71,7 +71,7 @@ pub(super) struct Features {
 }
 
 /// A search for pairs at the shape x and on its step d, of which `keep` gives the reach.
-pub(super) struct Search<'a, K> {
+pub(super) struct PairSearch<'a, K> {
     pub(super) sheet: &'a Sheet,
     pub(super) x: &'a [Vec3],
     pub(super) d: Option<&'a [Vec3]>,
@@ -79,7 +79,7 @@ pub(super) struct Search<'a, K> {
     pub(super) keep: &'a K,
 }
 
-impl<K: Fn(Kind, &[u32; 4]) -> Option<f64> + Sync> Search<'_, K> {
+impl<K: Fn(PairKind, &[u32; 4]) -> Option<f64> + Sync> PairSearch<'_, K> {
     /// The features of `cluster`, which others look for.
     pub(super) fn features(&self, cluster: &Cluster) -> Features {
         let Self { sheet, x, d, .. } = *self;
@@ -107,7 +107,7 @@ impl<K: Fn(Kind, &[u32; 4]) -> Option<f64> + Sync> Search<'_, K> {
     pub(super) fn between(&self, one: &Features, other: &Features, found: &mut Vec<Pair>) {
         self.points((&one.vertices, &one.all), (&other.triangles, &other.all), found);
         self.points((&other.vertices, &other.all), (&one.triangles, &one.all), found);
-        let kind = Kind::EdgeEdge;
+        let kind = PairKind::EdgeEdge;
         let near: Vec<&Feature<2>> = self.near(kind, &other.edges, &one.all).collect();
         for e in self.near(kind, &one.edges, &other.all) {
             near.iter().for_each(|f| self.edges(e, f, found));
@@ -117,7 +117,7 @@ impl<K: Fn(Kind, &[u32; 4]) -> Option<f64> + Sync> Search<'_, K> {
     /// Those of `features` that come within the range of what `ball` holds.
     fn near<'f, const M: usize>(
         &self,
-        kind: Kind,
+        kind: PairKind,
         features: &'f [Feature<M>],
         ball: &Ball,
     ) -> impl Iterator<Item = &'f Feature<M>> {
@@ -131,7 +131,7 @@ impl<K: Fn(Kind, &[u32; 4]) -> Option<f64> + Sync> Search<'_, K> {
         (triangles, around_triangles): (&[Feature<3>], &Ball),
         found: &mut Vec<Pair>,
     ) {
-        let kind = Kind::PointTriangle;
+        let kind = PairKind::PointTriangle;
         let near: Vec<&Feature<3>> = self.near(kind, triangles, around_vertices).collect();
         for vertex in self.near(kind, vertices, around_triangles) {
             for triangle in &near {
@@ -146,7 +146,7 @@ impl<K: Fn(Kind, &[u32; 4]) -> Option<f64> + Sync> Search<'_, K> {
     fn edges(&self, e: &Feature<2>, f: &Feature<2>, found: &mut Vec<Pair>) {
         let (e, f) = if e.number < f.number { (e, f) } else { (f, e) };
         let ([a, b], [p, q]) = (e.corners, f.corners);
-        let kind = Kind::EdgeEdge;
+        let kind = PairKind::EdgeEdge;
         if self.meets(kind, e, f) && a != p && a != q && b != p && b != q {
             self.offer(kind, [e.number, f.number], [a, b, p, q], found);
         }
@@ -156,7 +156,7 @@ impl<K: Fn(Kind, &[u32; 4]) -> Option<f64> + Sync> Search<'_, K> {
     #[inline]
     fn meets<const M: usize, const N: usize>(
         &self,
-        kind: Kind,
+        kind: PairKind,
         one: &Feature<M>,
         other: &Feature<N>,
     ) -> bool {
@@ -164,7 +164,7 @@ impl<K: Fn(Kind, &[u32; 4]) -> Option<f64> + Sync> Search<'_, K> {
             && self.limit.holds(kind, one.now.apart(&other.now), || one.rest.together(&other.rest))
     }
 
-    fn offer(&self, kind: Kind, features: [u32; 2], corners: [u32; 4], found: &mut Vec<Pair>) {
+    fn offer(&self, kind: PairKind, features: [u32; 2], corners: [u32; 4], found: &mut Vec<Pair>) {
         let reach = (self.keep)(kind, &corners);
         found.extend(reach.map(|reach| Pair { kind, features, corners, reach }));
     }

@@ -142,7 +142,7 @@ impl Kinks {
             }
             let values = vec![Interval::WHOLE; self.ops.len()];
             let mut search =
-                Search { kinks: self, until, inputs: &inputs, values, budget: &mut budget };
+                RootSearch { kinks: self, until, inputs: &inputs, values, budget: &mut budget };
             let all = self.switches.iter().all(|switch| search.roots(*switch, times));
             known = Some(inputs);
             all
@@ -151,7 +151,7 @@ impl Kinks {
 }
 
 /// A search for roots at one point.
-struct Search<'a> {
+struct RootSearch<'a> {
     kinks: &'a Kinks,
     until: f64,
     /// Values of the inputs but the time.
@@ -161,7 +161,7 @@ struct Search<'a> {
     budget: &'a mut usize,
 }
 
-impl Search<'_> {
+impl RootSearch<'_> {
     /// Bounds of all operations at these times.
     fn evaluate(&mut self, times: Interval) {
         *self.budget = self.budget.saturating_sub(1);

@@ -143,14 +143,14 @@ impl Law {
 #[error("{formula:?}: {error}")]
 pub struct LawError {
     /// Which.
-    pub formula: Which,
+    pub formula: FormulaIndex,
     /// How and where in its text.
     pub error: FormulaError,
 }
 
 /// A formula of a law.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Which {
+pub enum FormulaIndex {
     /// The k-th of `lets`.
     Let(usize),
     /// The k-th of `rates`.
@@ -168,7 +168,7 @@ pub struct FormulaKinetics {
     parameters: Vec<f64>,
     /// Numbers of the parameters that differ from point to point.
     varying: Vec<usize>,
-    unused: Vec<String>,
+    unused_parameters: Vec<String>,
     unused_lets: Vec<String>,
     rates: Programs,
     feedback: Vec<(Feedback, Programs)>,
@@ -184,7 +184,7 @@ type Programs = (Program, Program);
 const MAX_SPECIES: usize = 512;
 
 /// Numbers of inputs among those that a call has, by their numbers in the graph.
-type Numbers = Vec<Option<usize>>;
+type InputIndices = Vec<Option<usize>>;
 
 impl FormulaKinetics {
     /// Makes `law` ready.
@@ -198,7 +198,7 @@ impl FormulaKinetics {
             let message =
                 format!("the law has {count} species; as text it has at most {MAX_SPECIES}");
             let error = FormulaError::new(0..text.len(), message).help("write it as a plugin");
-            return Err(LawError { formula: Which::Rate(0), error });
+            return Err(LawError { formula: FormulaIndex::Rate(0), error });
         }
         let mut graph = Graph::of(law.size());
         let mut names = Names::new(law);
@@ -206,7 +206,7 @@ impl FormulaKinetics {
         let zero = graph.constant(0.0);
         let mut rates = vec![zero; law.species.len()];
         for (k, rate) in law.rates.iter().enumerate() {
-            let wrong = |error| LawError { formula: Which::Rate(k), error };
+            let wrong = |error| LawError { formula: FormulaIndex::Rate(k), error };
             let id = insert(&mut graph, &names, &rate.text).map_err(wrong)?;
             if let Some(s) = law.species.iter().position(|s| s.name == rate.name) {
                 rates[s] = id;
@@ -215,7 +215,7 @@ impl FormulaKinetics {
         let mut feedback = Vec::new();
         let grows = law.feedback.iter().any(|(which, _)| *which == Feedback::LengthFactor);
         for (k, (which, text)) in law.feedback.iter().enumerate() {
-            let wrong = |error| LawError { formula: Which::Feedback(k), error };
+            let wrong = |error| LawError { formula: FormulaIndex::Feedback(k), error };
             if *which == Feedback::FactorAcross && !grows {
                 let message = "a length factor across a fibre goes with the one along it";
                 let error = FormulaError::new(0..text.len(), message);
@@ -229,13 +229,13 @@ impl FormulaKinetics {
         }
         let mut observables = Vec::new();
         for (k, (_, text)) in law.observables.iter().enumerate() {
-            let wrong = |error| LawError { formula: Which::Observable(k), error };
+            let wrong = |error| LawError { formula: FormulaIndex::Observable(k), error };
             observables.push(insert(&mut graph, &names, text).map_err(wrong)?);
         }
         let read = names.read();
         let mut kinetics = Self::compile(law, graph, &rates, &feedback, &observables)?;
         let all = law.parameters.iter().map(|p| &p.name);
-        kinetics.unused = all.filter(|name| !read.contains(*name)).cloned().collect();
+        kinetics.unused_parameters = all.filter(|name| !read.contains(*name)).cloned().collect();
         let lets = law.lets.iter().map(|part| &part.name);
         kinetics.unused_lets = lets.filter(|name| !read.contains(*name)).cloned().collect();
         Ok(kinetics)
@@ -261,7 +261,7 @@ impl FormulaKinetics {
             .filter(|k| of_rates[*k].is_some_and(|number| number < species + read));
         // Which formula takes most room is not known: the first stands for all.
         let too_large = |large: TooLarge| LawError {
-            formula: Which::Rate(0),
+            formula: FormulaIndex::Rate(0),
             error: large.at(law.rates.first().map_or("", |rate| &rate.text)),
         };
         let wanted = with_slopes(&mut graph, rates, differentiated).map_err(too_large)?;
@@ -271,7 +271,7 @@ impl FormulaKinetics {
         let feedback: Vec<_> = feedback.collect::<Result<_, _>>().map_err(too_large)?;
         let kinks = Kinks::of_rates(&mut graph, rates, species);
         graph.complete();
-        let programs = |wanted: &[Id], outputs: usize, numbers: &Numbers| {
+        let programs = |wanted: &[Id], outputs: usize, numbers: &InputIndices| {
             [&wanted[..outputs], wanted]
                 .map(|wanted| {
                     let mut program = Program::new(&graph, wanted);
@@ -289,7 +289,7 @@ impl FormulaKinetics {
             descriptor,
             parameters: law.values.iter().map(|v| v.unwrap_or(f64::NAN)).collect(),
             varying,
-            unused: Vec::new(),
+            unused_parameters: Vec::new(),
             unused_lets: Vec::new(),
             rates: programs(&wanted, rates.len(), &of_rates),
             feedback,
@@ -306,8 +306,8 @@ impl FormulaKinetics {
 
     /// Parameters that neither rates nor length factor nor observables read, directly or by a `let`.
     #[must_use]
-    pub fn unused(&self) -> &[String] {
-        &self.unused
+    pub fn unused_parameters(&self) -> &[String] {
+        &self.unused_parameters
     }
 
     /// The same of `let`s.
@@ -319,8 +319,8 @@ impl FormulaKinetics {
 
 /// Which signals are read, in the order of all, and the numbers that inputs have in a call: species,
 /// columns of the signals read, parameters that vary.
-fn numbers(species: usize, varying: usize, read: &[usize]) -> (Vec<SignalRead>, Numbers) {
-    let mut number_of: Numbers = (0..species).map(Some).collect();
+fn numbers(species: usize, varying: usize, read: &[usize]) -> (Vec<SignalRead>, InputIndices) {
+    let mut number_of: InputIndices = (0..species).map(Some).collect();
     let mut signals = Vec::new();
     let mut next = species;
     for signal in Signal::ALL {

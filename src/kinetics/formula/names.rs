@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 
 use super::graph::{Graph, Id};
 use super::parse::{self, FormulaError};
-use super::{Law, LawError, Which};
+use super::{FormulaIndex, Law, LawError};
 use crate::error::nearest;
 use crate::{Parameter, Signal};
 
@@ -118,7 +118,7 @@ impl<'a> Names<'a> {
     /// next the first one, so that the time is about that of reading them.
     pub(super) fn define(&mut self, graph: &mut Graph) -> Result<(), LawError> {
         let law = self.law;
-        let wrong = |k: usize| move |error| LawError { formula: Which::Let(k), error };
+        let wrong = |k: usize| move |error| LawError { formula: FormulaIndex::Let(k), error };
         let number: HashMap<&str, usize> =
             law.lets.iter().enumerate().map(|(k, part)| (part.name.as_str(), k)).collect();
         let mut trees = Vec::with_capacity(law.lets.len());

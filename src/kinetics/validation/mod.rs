@@ -5,7 +5,7 @@
 
 mod derivatives;
 mod determinism;
-mod edge_cases;
+mod narrow_ranges;
 mod other;
 mod output_coverage;
 mod sample;

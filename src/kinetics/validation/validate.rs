@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{
-    Samples, derivatives, determinism, edge_cases, other, output_coverage, rates, soak, values,
+    Samples, derivatives, determinism, narrow_ranges, other, output_coverage, rates, soak, values,
 };
 use crate::field::Columns;
 use crate::{Feedback, Kinetics, KineticsError, Quantity, Site};
@@ -81,7 +81,7 @@ pub fn validate(
     run("writes only where it may", &|| checks.coverage());
     run("other parameters", &|| other::uniform(kinetics, make, samples, seed));
     run("parameters over the sheet", &|| other::over_the_sheet(kinetics, make, few, seed));
-    run("narrow ranges", &|| edge_cases::look(kinetics, fields, seed));
+    run("narrow ranges", &|| narrow_ranges::look(kinetics, fields, seed));
 }
 
 fn good(text: impl Into<String>) -> Check {

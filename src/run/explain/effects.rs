@@ -117,7 +117,7 @@ fn energy(term: &EnergyTerm, name: &str, law: Option<&Descriptor>) -> String {
     let read: Vec<&str> = term.species().iter().map(|s| species[*s].name.as_str()).collect();
     let reads = if read.is_empty() { String::new() } else { format!(", reads {}", listed(&read)) };
     let timed = if term.depends_on_time() { ", depends on time" } else { "" };
-    let applied = term.applied_force();
+    let applied = term.largest_applied_force();
     let load = if applied > 0.0 {
         format!(", applies up to {applied:.3e} to a vertex at rest")
     } else {

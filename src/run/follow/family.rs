@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::key::{Key, OPTION_NAME};
-use crate::kinetics::Search;
+use crate::kinetics::PluginSearch;
 use crate::model::{Model, Potential, State};
 use crate::run::{Error, Result, prepare};
 use crate::scene::Scene;
@@ -20,7 +20,7 @@ use crate::tally::Tally;
 pub(super) struct SceneFamily {
     pub(super) file: PathBuf,
     pub(super) set: Vec<String>,
-    pub(super) search: Search,
+    pub(super) search: PluginSearch,
     pub(super) key: Key,
     pub(super) sheet: Arc<Sheet>,
     pub(super) time: f64,

@@ -29,7 +29,7 @@ use self::record::Record;
 use super::costs::peak_resident;
 use super::{Error, Result, Simulation, inspect, provenance};
 use crate::Vec3;
-use crate::kinetics::Search;
+use crate::kinetics::PluginSearch;
 use crate::model::State;
 use crate::output::{Interrupt, ResultDirectory};
 use crate::scene::Scene;
@@ -116,7 +116,7 @@ pub struct Follow {
     request: Request,
     key: Key,
     from: f64,
-    search: Search,
+    search: PluginSearch,
     /// The scene at the first value.
     pub scene: Scene,
     /// The same, set up.
@@ -130,7 +130,7 @@ impl Follow {
     ///
     /// # Errors
     /// A key, a value or a scene that has no branch, with what is meant.
-    pub fn new(request: Request, search: &Search) -> Result<Self> {
+    pub fn new(request: Request, search: &PluginSearch) -> Result<Self> {
         let Request { scene: file, set, along, to, .. } = &request;
         let key = Key::read(file, set, along, request.from.unwrap_or(*to))?;
         let Some(from) = request.from.or(key.value) else {

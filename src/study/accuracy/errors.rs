@@ -113,7 +113,7 @@ impl Point {
     }
 
     /// Whether it completed.
-    pub(super) fn ended(&self) -> bool {
+    pub(super) fn is_complete(&self) -> bool {
         self.found.status == MemberStatus::Complete
     }
 }
@@ -142,7 +142,7 @@ impl Case {
     /// Adds a run that came to `states`, with its errors.
     pub(super) fn add(&mut self, mut point: Point, states: &[State]) {
         if let (Some(norm), Some(reference)) = (&self.norm, &self.reference)
-            && point.ended()
+            && point.is_complete()
         {
             let run = (&point.found.measures[..], states);
             point.errors = Some(Errors::new(norm, run, &reference.run, reference.diverged));

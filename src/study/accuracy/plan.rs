@@ -5,7 +5,7 @@ use std::path::Path;
 use super::advice::Scientific;
 use super::reference::watched;
 use super::{IntegratorCurve, Quantity, Role, Study};
-use crate::kinetics::Search;
+use crate::kinetics::PluginSearch;
 use crate::model::{Model, Policy};
 use crate::num::Short;
 use crate::num::checked::Positive;
@@ -109,7 +109,7 @@ type Planned = (Role, String, Vec<String>);
 struct Base<'a> {
     scene: &'a Path,
     set: Vec<String>,
-    search: &'a Search,
+    search: &'a PluginSearch,
     options: &'a Options,
     /// Integrators and references that are left out, and why.
     left_out: Vec<String>,
@@ -125,7 +125,7 @@ impl Study {
         scene: &Path,
         set: &[String],
         others: Vec<Axis>,
-        search: &Search,
+        search: &PluginSearch,
         options: &Options,
     ) -> Result<(Self, Plan)> {
         let first: Vec<String> = others.iter().flat_map(|axis| axis.overrides(0)).collect();
@@ -311,7 +311,7 @@ impl Base<'_> {
 /// Whether a scene may have `sets` with every value of `axis`, if that is of the integration in time.
 fn allowed(
     (scene, set): (&Path, &[String]),
-    search: &Search,
+    search: &PluginSearch,
     axis: &Axis,
     sets: &[String],
 ) -> bool {
@@ -345,7 +345,7 @@ impl Options {
         scene: &Path,
         set: &[String],
         others: &[Axis],
-        search: &Search,
+        search: &PluginSearch,
     ) -> Result<()> {
         if let Some(t) = self.tolerances.iter().find(|t| t.get() < TIGHTEST_TOLERANCE) {
             return Err(Error::Refused(format!(

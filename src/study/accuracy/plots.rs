@@ -176,7 +176,7 @@ fn against(
         (!diverged(p) && point.0 > 0.0).then_some(point)
     });
     let lost = |name| {
-        let lost = line(case, name).filter(|p| !p.ended() || diverged(p));
+        let lost = line(case, name).filter(|p| !p.is_complete() || diverged(p));
         lost.filter_map(move |p| Some((name, cost(p)?)))
     };
     let failed = (0..study.curves.len()).flat_map(lost).collect();

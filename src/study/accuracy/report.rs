@@ -150,7 +150,7 @@ fn known(case: &Case) -> Vec<String> {
             shares(&|q| case.spread_of(q))
         ));
     }
-    for Point { name, found, .. } in case.points.iter().filter(|p| !p.ended()) {
+    for Point { name, found, .. } in case.points.iter().filter(|p| !p.is_complete()) {
         let why = [name.clone(), found.status.to_string(), found.reason.clone()];
         let some: Vec<String> = why.into_iter().filter(|text| !text.is_empty()).collect();
         items.push(some.join(": "));

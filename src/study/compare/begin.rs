@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{Member, Timescales, contact_sheet, csv, figure, member, table};
-use crate::kinetics::Search;
+use crate::kinetics::PluginSearch;
 use crate::output::{Claim, Interrupt, Progress, ResultDirectory};
 use crate::run::{Error, Result, Simulation, provenance, run};
 use crate::scene::Scene;
@@ -24,7 +24,7 @@ pub struct Comparison<'a> {
     /// Integrators, names or tables; that of the scene if there are none.
     pub integrators: &'a [String],
     /// Where plugins are looked for.
-    pub search: &'a Search,
+    pub search: &'a PluginSearch,
     /// Whether an earlier comparison in the directory is replaced.
     pub force: bool,
 }

@@ -17,7 +17,7 @@ pub use timescales::Timescales;
 use std::sync::Arc;
 
 use super::gather::{DIVERGED, Distance, Measures, Norm, first_beyond, measure};
-use crate::kinetics::Search;
+use crate::kinetics::PluginSearch;
 use crate::model::{Evaluation, State};
 use crate::output::{Interrupt, OutputError, Progress, ResultDirectory};
 use crate::run::run::{self, Ending, Summary};
@@ -112,7 +112,7 @@ impl Observer for Record {
 /// Whatever ends a run, and pairings that make no sense.
 pub fn member(
     scene: &Scene,
-    search: &Search,
+    search: &PluginSearch,
     room: &mut dyn FnMut() -> Result<ResultDirectory, OutputError>,
     record: &dyn Fn(&Simulation, &ResultDirectory) -> Result<()>,
     progress: &mut Progress,

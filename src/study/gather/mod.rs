@@ -122,7 +122,7 @@ pub struct MemberResults {
     /// Whether its sheet passes through itself in its last state, where its shape moves.
     pub intersection: Option<SelfIntersection>,
     /// Its last output state, for pictures.
-    pub shown: Option<LastState>,
+    pub shown: Option<ShownState>,
 }
 
 impl MemberResults {
@@ -139,7 +139,7 @@ impl MemberResults {
 
 /// The last output state of a member.
 #[derive(Debug, Clone)]
-pub struct LastState {
+pub struct ShownState {
     /// Positions.
     pub x: Vec<crate::Vec3>,
     /// Vertices of the triangles.
@@ -191,7 +191,7 @@ pub fn counts(members: &[MemberResults]) -> String {
     format!("{} members: {}", members.len(), texts.join(", "))
 }
 
-fn read_shown(directory: &Path) -> Option<LastState> {
+fn read_shown(directory: &Path) -> Option<ShownState> {
     let surface = surface(directory.join(ResultDirectory::SHOWN)).ok()?;
     // Of a damaged file nothing is shown.
     let exists = |vertex: &u32| (*vertex as usize) < surface.points.len();
@@ -199,7 +199,7 @@ fn read_shown(directory: &Path) -> Option<LastState> {
         return None;
     }
     let species = surface.point_arrays.into_iter().find(|array| array.components == 1);
-    Some(LastState {
+    Some(ShownState {
         x: surface.points,
         triangles: surface.triangles,
         species: species.map(|array| (array.name, array.values)),

@@ -20,7 +20,7 @@ pub use self::axis::{Axis, MAX_VALUES};
 use self::keys::{check_keys, disambiguate_titles};
 pub use self::keys::{seed_axis, seed_keys};
 use super::{read_document, write_document};
-use crate::kinetics::{HostLaw, Isolation, Search};
+use crate::kinetics::{HostLaw, Isolation, PluginSearch};
 use crate::output::OutputError;
 use crate::output::provenance::{FileRecord, fingerprint};
 use crate::run::{Error, Result};
@@ -158,10 +158,10 @@ impl Plan {
     }
 
     /// Returns the search path of its plugins and their isolation, where [`Isolation::here`] allows it.
-    pub(crate) fn search(&self) -> Search {
+    pub(crate) fn search(&self) -> PluginSearch {
         let limit = Duration::try_from_secs_f64(self.plugin_limit).unwrap_or(Duration::MAX);
         let isolation = if self.isolate { Isolation::here(limit).ok() } else { None };
-        Search::in_directories(self.plugin_path.clone())
+        PluginSearch::in_directories(self.plugin_path.clone())
             .isolated(isolation)
             .with_law(self.law.clone())
     }

@@ -74,19 +74,19 @@ impl Needs {
             if status(plan, &directory).0 == MemberStatus::Complete
                 && let Some(peak) = peak(&directory)
             {
-                needs.ended(point.size, peak);
+                needs.record_peak(point.size, peak);
             }
         }
         needs
     }
 
     /// A member of this size has ended with this peak.
-    pub fn ended(&mut self, size: u64, peak: u64) {
+    pub fn record_peak(&mut self, size: u64, peak: u64) {
         self.ended.push((size, peak));
     }
 
     /// Sizes and peaks so far of the members that run and have relaxed their start.
-    pub fn running(&mut self, running: Vec<(u64, u64)>) {
+    pub fn set_running(&mut self, running: Vec<(u64, u64)>) {
         self.running = running;
     }
 

@@ -24,7 +24,7 @@ pub use self::timing::Timing;
 use super::gather::states::StateFile;
 use super::gather::{MemberStatus, measure, open_measures, status};
 use super::plan::Plan;
-use crate::kinetics::Search;
+use crate::kinetics::PluginSearch;
 use crate::model::Evaluation;
 use crate::num::Short;
 use crate::output::{
@@ -162,7 +162,11 @@ fn changed(plan: &Plan, number: usize) -> Result<Error> {
 }
 
 /// The member in `path` set up to continue, if it was interrupted or killed and has a checkpoint that serves.
-fn continued(plan: &Plan, path: &Path, search: &Search) -> Option<(ResultDirectory, Resumed)> {
+fn continued(
+    plan: &Plan,
+    path: &Path,
+    search: &PluginSearch,
+) -> Option<(ResultDirectory, Resumed)> {
     if !matches!(status(plan, path).0, MemberStatus::Interrupted | MemberStatus::Killed) {
         return None;
     }

@@ -142,7 +142,7 @@ impl Pool<'_> {
         }
         let size = |member: usize| self.plan.members[member].size;
         let relaxed = progress.running.iter().filter(|r| r.relaxed);
-        progress.needs.running(relaxed.map(|r| (size(r.member), r.peak)).collect());
+        progress.needs.set_running(relaxed.map(|r| (size(r.member), r.peak)).collect());
     }
 
     /// Notes how a member has ended.
@@ -158,7 +158,7 @@ impl Pool<'_> {
             reason = last.unwrap_or_else(|| format!("ended without a word: {code}"));
         }
         let peak = peak(&directory).unwrap_or(0).max(one.peak);
-        progress.needs.ended(self.plan.members[one.member].size, peak);
+        progress.needs.record_peak(self.plan.members[one.member].size, peak);
         progress.ended[0] += 1;
         let [ended, of] = progress.ended;
         let (name, seconds) = (self.plan.name(one.member), one.since.elapsed().as_secs_f64());

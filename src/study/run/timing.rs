@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::kinetics::Search;
+use crate::kinetics::PluginSearch;
 use crate::output::ResultDirectory;
 use crate::run::run::Summary;
 use crate::run::schedule::OutputSchedule;
@@ -29,7 +29,12 @@ impl Timing {
     ///
     /// # Errors
     /// Whatever ends a run.
-    pub fn of(scene: &Scene, search: &Search, summary: &Summary, repeats: u16) -> Result<Self> {
+    pub fn of(
+        scene: &Scene,
+        search: &PluginSearch,
+        summary: &Summary,
+        repeats: u16,
+    ) -> Result<Self> {
         let Summary { spent, start, .. } = *summary;
         let first = (spent - start).cpu_seconds;
         let mut timing = Self { start: start.cpu_seconds, steps: vec![first] };
@@ -75,7 +80,7 @@ impl Timing {
 }
 
 /// Processor time of the steps of `scene` to the time `end`, s.
-fn again(scene: &Scene, search: &Search, end: f64) -> Result<f64> {
+fn again(scene: &Scene, search: &PluginSearch, end: f64) -> Result<f64> {
     let mut simulation = Simulation::new(scene, search)?;
     simulation.prepare()?;
     let start = simulation.spent();

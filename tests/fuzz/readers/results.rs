@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::OnceLock;
 
 use rumple::Simulation;
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 use rumple::output::{
     Interrupt, Ledger, Mode, Progress, Provenance, ResultDirectory, Standing, events::Events,
 };
@@ -125,7 +125,7 @@ fn run_made() -> ResultDirectory {
     let scene = root().join("tests/fuzz/scenes/small.toml");
     let run = || -> run::Result<ResultDirectory> {
         let scene = Scene::load(&scene, &[])?;
-        let mut simulation = Simulation::new(&scene, &Search::in_directories(Vec::new()))?;
+        let mut simulation = Simulation::new(&scene, &PluginSearch::in_directories(Vec::new()))?;
         let directory = ResultDirectory::prepare(&room().join("whole"), true)?;
         fs::write(directory.resolved(), scene.resolved()?).unwrap_or_default();
         let mut progress = Progress::new(Mode::Silent, 0.0, 1.0);
@@ -150,7 +150,7 @@ thread_local! {
 fn checkpoint(bytes: &[u8]) -> bool {
     RUN.with(|(directory, path)| {
         write(path.clone(), bytes);
-        match run::resume::resume(directory, Some(1.0), &Search::in_directories(Vec::new())) {
+        match run::resume::resume(directory, Some(1.0), &PluginSearch::in_directories(Vec::new())) {
             Ok(resumed) => resumed.checkpoint.time() <= 1.0,
             Err(error) => error.to_string().is_empty(),
         }

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 use rumple::num::checked::Positive;
 use rumple::output::{Interrupt, Mode, Progress, ResultDirectory};
 use rumple::run;
@@ -136,7 +136,7 @@ fn study(scene: &Path, folder: &Path) -> run::Result<()> {
         wanted: 0.01,
         of: None,
     };
-    let search = Search::in_directories(Vec::new());
+    let search = PluginSearch::in_directories(Vec::new());
     let (study, mut plan) = Study::plan(scene, &[], Vec::new(), &search, &options)?;
     plan.states = true;
     members(plan, folder)?;

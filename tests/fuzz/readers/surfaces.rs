@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::io::Write;
 
 use rumple::Simulation;
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 use rumple::output::{Compression, Format, Frame, ResultDirectory, Series, vtu};
 use rumple::run::inspect;
 use rumple::scene::Scene;
@@ -131,7 +131,7 @@ fn bomb(bytes: usize) -> Vec<u8> {
 
 fn made() -> Option<Simulation> {
     let scene = Scene::load(&root().join("tests/fuzz/scenes/small.toml"), &[]).ok()?;
-    Simulation::new(&scene, &Search::in_directories(Vec::new())).ok()
+    Simulation::new(&scene, &PluginSearch::in_directories(Vec::new())).ok()
 }
 
 fn frame(compression: Compression) -> Vec<u8> {

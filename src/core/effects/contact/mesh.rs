@@ -25,7 +25,7 @@ use crate::Vec3;
 use crate::effects::{
     BlockMatrix, Coupling, EffectContext, EffectError, Energy, Factor, HessianPart, Touching,
 };
-use crate::geometry::proximity::{Kind, Proximity, Range, at};
+use crate::geometry::proximity::{PairKind, Proximity, Range, at};
 use crate::geometry::{Crossings, Shape};
 use crate::num::index;
 use crate::sheet::Sheet;
@@ -134,11 +134,11 @@ impl MeshBody {
         let touch = pairs.find(|p| !(p.kind.distance(&at(x, &p.corners)) > least))?;
         let [a, b, c, d] = touch.corners;
         Some(match touch.kind {
-            Kind::PointTriangle if a < sheet => format!("vertex {a} lies on the mesh"),
-            Kind::PointTriangle => {
+            PairKind::PointTriangle if a < sheet => format!("vertex {a} lies on the mesh"),
+            PairKind::PointTriangle => {
                 format!("the triangle with the vertices {b}, {c} and {d} touches the mesh")
             }
-            Kind::EdgeEdge => {
+            PairKind::EdgeEdge => {
                 let [a, b] = if a < sheet { [a, b] } else { [c, d] };
                 format!("the edge of the vertices {a} and {b} touches the mesh")
             }

@@ -39,7 +39,7 @@ use super::{
     Pins, SeparatedStart, Touching,
 };
 use crate::Vec3;
-use crate::geometry::proximity::{Kind, Proximity, Range, at};
+use crate::geometry::proximity::{PairKind, Proximity, Range, at};
 use crate::geometry::{Conditions, Crossings, Found, RestMetric, Shape, lumped_areas};
 use crate::linear::BlockMatrix;
 use crate::num::Short;
@@ -334,10 +334,10 @@ impl Energy for Contacts {
         let touch = pairs.find(|p| !(p.kind.distance(&at(shape.x, &p.corners)) > least))?;
         let [a, b, c, d] = touch.corners;
         Some(match touch.kind {
-            Kind::PointTriangle => {
+            PairKind::PointTriangle => {
                 format!("vertex {a} lies on the triangle with the vertices {b}, {c} and {d}")
             }
-            Kind::EdgeEdge => {
+            PairKind::EdgeEdge => {
                 format!("the edge of the vertices {a} and {b} touches that of {c} and {d}")
             }
         })

@@ -17,7 +17,7 @@
 use crate::Vec3;
 use crate::effects::{Pins, SeparatedStart};
 use crate::geometry::Crossings;
-use crate::geometry::proximity::{Kind, Pair, Proximity, Range, at, edge_edge, point_triangle};
+use crate::geometry::proximity::{Pair, PairKind, Proximity, Range, at, edge_edge, point_triangle};
 use crate::num::real;
 use crate::sheet::Sheet;
 
@@ -101,7 +101,7 @@ impl Moves<'_> {
             let [depth, height] = [wrong, right].map(|v| normal.dot(&(x[v as usize] - a)));
             let four = [wrong, corners[0], corners[1], corners[2]];
             let at_rest = point_triangle(&at(sheet.rest(), &four)).0.distance();
-            let gap = MIN_GAP_SHARE * OVERSHOOT * range.at(Kind::PointTriangle, at_rest);
+            let gap = MIN_GAP_SHARE * OVERSHOOT * range.at(PairKind::PointTriangle, at_rest);
             let [p, q, r] = weights;
             let side = height.signum();
             self.push(&four, &[1.0, -p, -q, -r], gap - side * depth, side * normal);
@@ -112,8 +112,8 @@ impl Moves<'_> {
     fn widen(&mut self, x: &[Vec3], pair: &Pair) {
         let place = at(x, &pair.corners);
         let nearest = match pair.kind {
-            Kind::PointTriangle => point_triangle(&place).0,
-            Kind::EdgeEdge => edge_edge(&place),
+            PairKind::PointTriangle => point_triangle(&place).0,
+            PairKind::EdgeEdge => edge_edge(&place),
         };
         let d = nearest.distance();
         if d < MIN_GAP_SHARE * pair.reach

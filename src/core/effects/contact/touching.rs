@@ -18,7 +18,7 @@ use super::mollifier::Mollifier;
 use crate::Vec3;
 use crate::effects::{Block, HessianPart};
 use crate::geometry::proximity::{
-    Kind, Nearest, Pair, at, edge_edge, point_edge, point_point, point_triangle,
+    Nearest, Pair, PairKind, at, edge_edge, point_edge, point_point, point_triangle,
 };
 use crate::num::real;
 use crate::parallel::{self, BLOCK};
@@ -237,7 +237,7 @@ impl Features {
 
 /// The contact of two edges, if there is one.
 fn of_edges(pair: &Pair, x: &[Vec3], weights: &Weights<'_>) -> Option<Contact> {
-    debug_assert_eq!(pair.kind, Kind::EdgeEdge);
+    debug_assert_eq!(pair.kind, PairKind::EdgeEdge);
     let place = at(x, &pair.corners);
     let nearest = edge_edge(&place);
     if !(nearest.distance() < pair.reach) {

@@ -2,7 +2,7 @@
 
 use std::any::Any;
 
-use super::{Coupling, Energy, HessianPart, LowRank, SeparatedStart, Touching};
+use super::{Coupling, Energy, HessianPart, RankOneTerm, SeparatedStart, Touching};
 use crate::Vec3;
 use crate::effects::Pins;
 use crate::geometry::{Conditions, Shape};
@@ -78,7 +78,7 @@ any_energy! {
     evaluate(shape: &Shape<'_>, work: &mut Work, gradient: Option<&mut [Vec3]>) -> f64;
     add_hessian(shape: &Shape<'_>, work: &mut Work, part: HessianPart, into: &mut BlockMatrix);
     pairs(shape: &Shape<'_>, work: &mut Work, pairs: &mut Vec<[u32; 2]>);
-    low_rank(shape: &Shape<'_>, work: &mut Work, part: HessianPart, terms: &mut Vec<LowRank>);
+    low_rank(shape: &Shape<'_>, work: &mut Work, part: HessianPart, terms: &mut Vec<RankOneTerm>);
     largest_step(from: &Shape<'_>, work: &mut Work, direction: &[Vec3]) -> f64;
     allows_path(from: &Shape<'_>, work: &mut Work, to: (&[Vec3], f64)) -> bool;
     is_contact() -> bool;
@@ -94,7 +94,7 @@ any_energy! {
         emit: &mut dyn FnMut(usize, (usize, usize), Vec3)
     );
     force_scale(conditions: &Conditions<'_>) -> f64;
-    applied_force() -> f64;
+    largest_applied_force() -> f64;
 }
 
 /// The memory as the type that it was made with. Memory of another energy is replaced by new: it can

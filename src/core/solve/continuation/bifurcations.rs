@@ -81,7 +81,7 @@ impl<S: System> Continuation<S> {
         step: &Step<'_>,
         last: &mut Equilibrium<S::Member>,
     ) -> Result<Vec<Point>, S::Error> {
-        let before = self.point.unstable();
+        let before = self.point.unstable_directions();
         let Some(mut first) = self.between(step, 0.0)? else { return Ok(Vec::new()) };
         let mut all: Vec<Point> = Vec::new();
         for block in Block::ALL {
@@ -136,7 +136,9 @@ impl<S: System> Continuation<S> {
         }
         let mut values = [f64::NAN; 2];
         for (value, at) in values.iter_mut().zip(ends) {
-            let Some((tested, _)) = self.corrector.system.test(at, mode)? else { return Ok(None) };
+            let Some((tested, _)) = self.corrector.system.test_function(at, mode)? else {
+                return Ok(None);
+            };
             *value = tested;
         }
         let unit = (values[0] - values[1]).abs();
@@ -145,7 +147,7 @@ impl<S: System> Continuation<S> {
         }
         let mut evaluate = |s: f64| {
             let Some(mut at) = self.between(step, s)? else { return Ok(None) };
-            let tested = self.corrector.system.test(&mut at, mode)?;
+            let tested = self.corrector.system.test_function(&mut at, mode)?;
             Ok::<_, S::Error>(tested.map(|(value, null)| (value / unit, (at, null))))
         };
         let found = zero(
@@ -208,7 +210,7 @@ impl<S: System> Continuation<S> {
             return Ok(None);
         };
         let regular = match block {
-            Block::Shape => self.corrector.system.test(&mut at, &modes[number])?.is_some(),
+            Block::Shape => self.corrector.system.test_function(&mut at, &modes[number])?.is_some(),
             Block::Coupled => false,
         };
         let modes = modes.into_iter().take(own.end).skip(own.start).collect();

@@ -4,7 +4,7 @@ use super::bifurcations::MAX_LOCATED;
 use super::corrector::{Condition, Corrected, Corrector};
 use super::metric::Metric;
 use super::system::{Equilibrium, System};
-use super::{Direction, Event, Point, Settings, Unknowns, Unstable};
+use super::{Direction, Event, Point, Settings, Unknowns, UnstableDirections};
 use crate::num::real;
 use crate::solve::{Control, SolveError};
 
@@ -53,7 +53,7 @@ impl<S: System> Continuation<S> {
         }
         let tangent = tangent(&mut corrector, &mut at, &along, &settings)?;
         let (step, ended) = (settings.first_step, false);
-        let unstable = corrector.system.unstable(&mut at)?;
+        let unstable = corrector.system.unstable_directions(&mut at)?;
         let point = Point { event: Event::Start, ..Point::of(&at, 0.0, unstable) };
         Ok(Self { point, corrector, settings, tangent, step, ended })
     }
@@ -137,7 +137,7 @@ impl<S: System> Continuation<S> {
             match self.correct_from(guess, &self.tangent.clone(), self.step)? {
                 Corrected::Found(mut at) => {
                     let tangent = self.tangent_at(&mut at)?;
-                    let unstable = self.corrector.system.unstable(&mut at)?;
+                    let unstable = self.corrector.system.unstable_directions(&mut at)?;
                     return self.arrive(*at, (tangent, unstable), Vec::new());
                 }
                 Corrected::Lost(why) => reason = why.or(reason),
@@ -177,12 +177,12 @@ impl<S: System> Continuation<S> {
             return Ok(None);
         }
         // Pivots of an indefinite matrix may vanish at one point and not at the next.
-        let unstable = match self.corrector.system.unstable(&mut at) {
+        let unstable = match self.corrector.system.unstable_directions(&mut at) {
             Err(SolveError::Linear(_)) if divisible => return Ok(None),
             counted => counted?,
         };
         let fold = self.tangent.parameter * tangent.parameter < 0.0;
-        let changed = unstable.distance(self.point.unstable());
+        let changed = unstable.distance(self.point.unstable_directions());
         // A fold turns one eigenvalue; other changes are bifurcations.
         if fold && changed != 1 && divisible {
             return Ok(None);
@@ -209,14 +209,14 @@ impl<S: System> Continuation<S> {
     fn arrive(
         &mut self,
         at: Equilibrium<S::Member>,
-        (tangent, unstable): (Direction, Unstable),
+        (tangent, unstable): (Direction, UnstableDirections),
         mut before: Vec<Point>,
     ) -> Result<Vec<Point>, S::Error> {
         let range = self.settings.range.clone();
         if !range.contains(&at.parameter) {
             let end = if at.parameter > *range.end() { *range.end() } else { *range.start() };
             if let Some(mut last) = self.at_parameter(&at, end)? {
-                let unstable = self.corrector.system.unstable(&mut last)?;
+                let unstable = self.corrector.system.unstable_directions(&mut last)?;
                 let arc = self.point.arc + self.distance(&last);
                 self.point = Point { event: Event::End, ..Point::of(&last, arc, unstable) };
                 before.retain(|point| range.contains(&point.parameter) && point.arc <= arc);
@@ -267,7 +267,7 @@ impl<S: System> Continuation<S> {
 
 impl Point {
     /// Of an equilibrium.
-    pub(super) fn of<M>(found: &Equilibrium<M>, arc: f64, unstable: Unstable) -> Self {
+    pub(super) fn of<M>(found: &Equilibrium<M>, arc: f64, unstable: UnstableDirections) -> Self {
         let Equilibrium { parameter, energy, residual, iterations, .. } = *found;
         let (at, event) = (found.at.clone(), Event::None);
         let (negative, negative_of_shape) = (unstable.total(), unstable.shape);
@@ -285,9 +285,9 @@ impl Point {
     }
 
     /// How many disturbances grow.
-    pub(super) fn unstable(&self) -> Unstable {
+    pub(super) fn unstable_directions(&self) -> UnstableDirections {
         let shape = self.negative_of_shape;
-        Unstable { shape, coupled: self.negative.saturating_sub(shape) }
+        UnstableDirections { shape, coupled: self.negative.saturating_sub(shape) }
     }
 }
 

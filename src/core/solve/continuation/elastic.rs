@@ -4,7 +4,8 @@ use super::bordered::Bordered;
 use super::metric::Metric;
 use super::system::{Equilibrium, System};
 use super::{
-    Block, Continuation, CriticalMode, Direction, Family, Settings, Unknowns, Unstable, check,
+    Block, Continuation, CriticalMode, Direction, Family, Settings, Unknowns, UnstableDirections,
+    check,
 };
 use crate::Vec3;
 use crate::model::Potential;
@@ -84,9 +85,12 @@ impl<F: Family> System for Elastic<F> {
         Ok(Direction { unknowns: Unknowns { x, species: Vec::new() }, parameter })
     }
 
-    fn unstable(&mut self, at: &mut Equilibrium<Potential>) -> Result<Unstable, SolveError> {
+    fn unstable_directions(
+        &mut self,
+        at: &mut Equilibrium<Potential>,
+    ) -> Result<UnstableDirections, SolveError> {
         let shape = self.stability.inertia(&mut at.member, &at.at.x)?.negative;
-        Ok(Unstable { shape, coupled: 0 })
+        Ok(UnstableDirections { shape, coupled: 0 })
     }
 
     fn modes(
@@ -102,7 +106,7 @@ impl<F: Family> System for Elastic<F> {
         Ok(modes.into_iter().map(|mode| CriticalMode::of_shape(mode, Vec::new())).collect())
     }
 
-    fn test(
+    fn test_function(
         &mut self,
         _: &mut Equilibrium<Potential>,
         _: &CriticalMode,

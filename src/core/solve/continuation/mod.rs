@@ -141,14 +141,14 @@ impl Block {
 
 /// How many disturbances of an equilibrium grow.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Unstable {
+pub struct UnstableDirections {
     /// Those of [`Block::Shape`].
     pub shape: usize,
     /// Those of [`Block::Coupled`].
     pub coupled: usize,
 }
 
-impl Unstable {
+impl UnstableDirections {
     /// All of them: 0 where the equilibrium is stable.
     #[must_use]
     pub fn total(self) -> usize {

@@ -29,7 +29,9 @@ use std::sync::Arc;
 use super::metric::Metric;
 use super::spectrum;
 use super::system::{Equilibrium, System};
-use super::{Block, Continuation, CriticalMode, Direction, Settings, Unknowns, Unstable, check};
+use super::{
+    Block, Continuation, CriticalMode, Direction, Settings, Unknowns, UnstableDirections, check,
+};
 use crate::Vec3;
 use crate::linear::{Factor, LinearChoice, Pattern, ShiftedJacobian, dot};
 use crate::model::{Coupled, Layout, Memory, Model, Potential, State};
@@ -279,12 +281,15 @@ impl<F: ReactingFamily> System for Reacting<F> {
         Ok(Direction { unknowns, parameter: y })
     }
 
-    fn unstable(&mut self, at: &mut Equilibrium<Member>) -> Result<Unstable, SolveError> {
+    fn unstable_directions(
+        &mut self,
+        at: &mut Equilibrium<Member>,
+    ) -> Result<UnstableDirections, SolveError> {
         let shape =
             self.of_shape(at, |of, potential| Ok(of.inertia(potential, &at.at.x)?.negative))?;
         let modes = self.nearest(at, spectrum::MAX_EIGENVALUES)?;
         let coupled = modes.iter().filter(|mode| mode.eigenvalue < 0.0).count();
-        Ok(Unstable { shape: shape.unwrap_or(0), coupled })
+        Ok(UnstableDirections { shape: shape.unwrap_or(0), coupled })
     }
 
     fn modes(
@@ -306,7 +311,7 @@ impl<F: ReactingFamily> System for Reacting<F> {
         Ok(modes)
     }
 
-    fn test(
+    fn test_function(
         &mut self,
         at: &mut Equilibrium<Member>,
         mode: &CriticalMode,

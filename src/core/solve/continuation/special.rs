@@ -6,7 +6,7 @@
 
 use super::corrector::Corrected;
 use super::system::{Equilibrium, System};
-use super::{Continuation, Direction, Event, Point, SolveError, Unknowns, Unstable};
+use super::{Continuation, Direction, Event, Point, SolveError, Unknowns, UnstableDirections};
 
 /// |λ̇| in units of Λ below which a point is the fold: the error of λ there is of the order of its square.
 const FOLD_TOLERANCE: f64 = 1e-5;
@@ -20,7 +20,7 @@ pub(super) struct Step<'a> {
     tangent: &'a Direction,
     /// Length of the chord.
     pub(super) length: f64,
-    pub(super) unstable: Unstable,
+    pub(super) unstable: UnstableDirections,
 }
 
 impl<S: System> Continuation<S> {
@@ -29,10 +29,10 @@ impl<S: System> Continuation<S> {
     pub(super) fn special(
         &mut self,
         at: &mut Equilibrium<S::Member>,
-        (tangent, unstable): (&Direction, Unstable),
+        (tangent, unstable): (&Direction, UnstableDirections),
         fold: bool,
     ) -> Result<Vec<Point>, S::Error> {
-        let changed = unstable.distance(self.point.unstable());
+        let changed = unstable.distance(self.point.unstable_directions());
         if !fold && changed == 0 {
             return Ok(Vec::new());
         }
@@ -91,8 +91,8 @@ impl<S: System> Continuation<S> {
         event: Event,
     ) -> Result<Point, SolveError> {
         // An eigenvalue is 0 here, of either sign: where it cannot be counted the number before is as true.
-        let unstable = match self.corrector.system.unstable(at) {
-            Err(SolveError::Linear(_)) => self.point.unstable(),
+        let unstable = match self.corrector.system.unstable_directions(at) {
+            Err(SolveError::Linear(_)) => self.point.unstable_directions(),
             counted => counted?,
         };
         let arc = self.point.arc + self.distance(at);

@@ -1,6 +1,6 @@
 //! What branches are followed of: g(u, λ) = 0, with the linear algebra that belongs to it.
 
-use super::{Block, CriticalMode, Direction, Unknowns, Unstable};
+use super::{Block, CriticalMode, Direction, Unknowns, UnstableDirections};
 use crate::solve::SolveError;
 use crate::tally::Tally;
 
@@ -63,7 +63,10 @@ pub trait System {
     ///
     /// # Errors
     /// If it cannot be counted.
-    fn unstable(&mut self, at: &mut Equilibrium<Self::Member>) -> Result<Unstable, SolveError>;
+    fn unstable_directions(
+        &mut self,
+        at: &mut Equilibrium<Self::Member>,
+    ) -> Result<UnstableDirections, SolveError>;
 
     /// The lowest `count` eigenvalues of `block` at `at` with their modes, ascending: unstable ones first. Fewer where no more
     /// are known.
@@ -83,7 +86,7 @@ pub trait System {
     ///
     /// # Errors
     /// If ∂g/∂u cannot be factorised.
-    fn test(
+    fn test_function(
         &mut self,
         at: &mut Equilibrium<Self::Member>,
         mode: &CriticalMode,

@@ -25,7 +25,7 @@ use super::preconditioner::Preconditioner;
 use super::stop::{FORCE_FLOOR, iterated, level, reached, stalled};
 use super::{Equilibrium, Goal, Relaxation, is_flat};
 use crate::Vec3;
-use crate::effects::{HessianPart, LowRank};
+use crate::effects::{HessianPart, RankOneTerm};
 use crate::linear::{BlockCholesky, BlockMatrix, BlockPattern, LinearError, LinearSolver};
 use crate::model::{Mechanics, Potential};
 
@@ -185,14 +185,14 @@ impl Newton {
         &mut self,
         potential: &mut Potential,
         x: &[Vec3],
-    ) -> Result<(f64, Vec<LowRank>), SolveError> {
+    ) -> Result<(f64, Vec<RankOneTerm>), SolveError> {
         self.fit(potential, x)?;
         potential.hessian(x, HessianPart::Full, &mut self.matrix)?;
         Ok((self.matrix.mean_diagonal(), potential.low_rank(x, HessianPart::Full)))
     }
 
     /// The factor of the matrix with `terms`, if it is positive.
-    fn factorise(&mut self, reduction: &Reduction, terms: &[LowRank]) -> Option<LowRankUpdate> {
+    fn factorise(&mut self, reduction: &Reduction, terms: &[RankOneTerm]) -> Option<LowRankUpdate> {
         let _scope = self.meters.factorise();
         let made = self.solver.factorise(&self.matrix, &[], false);
         if !reduction.all(made.is_ok()) {

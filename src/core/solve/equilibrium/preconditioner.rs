@@ -11,7 +11,7 @@ use super::super::linear_solvers::{self, LinearSolverKind};
 use super::super::low_rank::LowRankUpdate;
 use super::diagonal::Diagonal;
 use crate::Vec3;
-use crate::effects::LowRank;
+use crate::effects::RankOneTerm;
 use crate::linear::{
     Block, BlockMatrix, BlockPattern, FrugalCholesky, LinearError, LinearSolver, Multigrid,
     NotPositive,
@@ -321,7 +321,7 @@ impl HessianInverse {
     pub(super) fn factorise(
         &mut self,
         matrix: &BlockMatrix,
-        terms: Vec<LowRank>,
+        terms: Vec<RankOneTerm>,
         x: &[Vec3],
         insist: bool,
     ) -> Result<(), NotPositive> {
@@ -441,7 +441,7 @@ impl HessianInverse {
     }
 
     /// The terms of low rank.
-    pub(super) fn terms(&self) -> &[LowRank] {
+    pub(super) fn terms(&self) -> &[RankOneTerm] {
         self.low_rank.terms()
     }
 

@@ -102,11 +102,11 @@ impl IntegratorSpec for MonolithicSpec {
     }
 
     fn rule(&self) -> StepRule {
-        let local = local_share(self.method, self.rtol.get());
+        let local_share = step_tolerance_share(self.method, self.rtol.get());
         let rule = controlled(self.method.into(), self.rtol);
         match rule {
             // Their lengths follow from the local tolerance, which falls faster.
-            StepRule::Controlled { rtol, power, longest, growth } if local < 1.0 => {
+            StepRule::Controlled { rtol, power, longest, growth } if local_share < 1.0 => {
                 StepRule::Controlled { rtol, power: power - 1.0, longest, growth }
             }
             _ => rule,
@@ -117,8 +117,8 @@ impl IntegratorSpec for MonolithicSpec {
         let tolerance = (self.rtol.get(), self.atol.get());
         let step = self.step.map(Positive::get);
         let made = Monolithic::new(Part::Whole, self.method.into(), tolerance, step);
-        let local = local_share(self.method, self.rtol.get());
-        Ok(Box::new(Monolithic { linear: self.linear, local, ..made }))
+        let local_share = step_tolerance_share(self.method, self.rtol.get());
+        Ok(Box::new(Monolithic { linear: self.linear, local_share, ..made }))
     }
 }
 
@@ -127,7 +127,7 @@ impl IntegratorSpec for MonolithicSpec {
 /// A method of fixed order p that controls errors of `h^(p+1)` in a step errs by `tol^(p/(p+1))` at the end, far above a
 /// tight tolerance. With `tol_step = tol (tol/tol₀)^(1/p)` the error of the solution goes with its tolerance (tolerance
 /// proportionality; Shampine, Numerical Solution of Ordinary Differential Equations (1994), chapter 7).
-fn local_share(method: ImplicitMethod, rtol: f64) -> f64 {
+fn step_tolerance_share(method: ImplicitMethod, rtol: f64) -> f64 {
     let order = match method {
         // Orders change, so that the error is nearly proportional to the tolerance itself.
         ImplicitMethod::Bdf => return 1.0,

@@ -246,7 +246,7 @@ impl EquilibriumPath {
     ) -> Result<()> {
         let (clock, length) = ((course.t, until), until - course.t);
         let (before, spent) = (state.clone(), workspace.iterations());
-        let done = rest::flow(workspace, &route.stopped(until), state, length)?;
+        let done = rest::flow(workspace, &route.stopped_at(until), state, length)?;
         course.most += workspace.iterations() - spent;
         course.done.add(&Relaxation { jumps: 0, ..done });
         let by = course.viscosity / length;

@@ -35,7 +35,7 @@ use super::linear_solvers::Analyse;
 use super::low_rank::LowRankUpdate;
 use super::{Control, SolveError};
 use crate::Vec3;
-use crate::effects::{HessianPart, LowRank};
+use crate::effects::{HessianPart, RankOneTerm};
 use crate::geometry::lumped_areas;
 use crate::linear::{BlockLdlt, BlockMatrix, LinearError, LinearSolver};
 use crate::model::{Mechanics, Potential};
@@ -228,14 +228,14 @@ impl Stability {
         Ok((diagonal / mean_mass, motions, terms))
     }
 
-    fn restricted(&mut self, rigid: Vec<Vec<Vec3>>, terms: Vec<LowRank>) -> Restricted<'_> {
+    fn restricted(&mut self, rigid: Vec<Vec<Vec3>>, terms: Vec<RankOneTerm>) -> Restricted<'_> {
         let factor = (&mut *self.solver, &mut self.shifted, &self.tally, &self.reduction);
         Restricted::new(factor, &self.matrix, &self.mass, rigid, terms)
     }
 }
 
 /// Scale of the eigenvalues, rigid motions, terms of low rank.
-type Parts = (f64, Vec<Vec<Vec3>>, Vec<LowRank>);
+type Parts = (f64, Vec<Vec<Vec3>>, Vec<RankOneTerm>);
 
 /// Counts at the finest resolution that the factor bears, in units of `unit`.
 fn count(

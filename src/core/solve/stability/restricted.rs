@@ -17,7 +17,7 @@ use rand_chacha::ChaCha8Rng;
 use super::super::low_rank::LowRankUpdate;
 use super::product;
 use crate::Vec3;
-use crate::effects::LowRank;
+use crate::effects::RankOneTerm;
 use crate::linear::{BlockMatrix, LinearError, LinearSolver};
 use crate::parallel;
 use crate::reduction::Reduction;
@@ -48,7 +48,7 @@ pub(super) struct Restricted<'a> {
     matrix: &'a BlockMatrix,
     mass: &'a [f64],
     rigid: Vec<Vec<Vec3>>,
-    terms: Vec<LowRank>,
+    terms: Vec<RankOneTerm>,
     update: LowRankUpdate,
     solved: Vec<Vec<Vec3>>,
     inverse: DMatrix<f64>,
@@ -62,7 +62,7 @@ impl<'a> Restricted<'a> {
         matrix: &'a BlockMatrix,
         mass: &'a [f64],
         rigid: Vec<Vec<Vec3>>,
-        terms: Vec<LowRank>,
+        terms: Vec<RankOneTerm>,
     ) -> Self {
         let (solved, inverse) = (Vec::new(), DMatrix::zeros(0, 0));
         let update = LowRankUpdate::default();

@@ -168,7 +168,7 @@ impl Workspace {
             floats,
             tolerance,
             max_iterations: relaxer.max_iterations,
-            interrupted: &|| control.interrupted(),
+            interrupted: &|| control.is_interrupted(),
             report: &|done| control.report(|| relaxing(done)),
         };
         let done = relax_anchored(&mut *relaxer.equilibrium, potential, (&mut x, &led), &goal)

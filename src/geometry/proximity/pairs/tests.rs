@@ -52,13 +52,13 @@ fn slowly(sheet: &Sheet, x: &[Vec3], range: &Range) -> Vec<Pair> {
 /// All pairs there are.
 fn every(sheet: &Sheet, range: &Range) -> Vec<Pair> {
     let mut all = Vec::new();
-    let mut offer = |kind: Kind, features: [u32; 2], corners: [u32; 4]| {
+    let mut offer = |kind: PairKind, features: [u32; 2], corners: [u32; 4]| {
         all.push(Pair { kind, features, corners, reach: reach(kind, sheet, &corners, range) });
     };
     for v in 0..index(sheet.vertex_count()) {
         for (t, &[a, b, c]) in sheet.triangles().iter().enumerate() {
             if ![a, b, c].contains(&v) {
-                offer(Kind::PointTriangle, [v, index(t)], [v, a, b, c]);
+                offer(PairKind::PointTriangle, [v, index(t)], [v, a, b, c]);
             }
         }
     }
@@ -66,7 +66,7 @@ fn every(sheet: &Sheet, range: &Range) -> Vec<Pair> {
         for (f, other) in sheet.edges().iter().enumerate().skip(e + 1) {
             let ([a, b], [c, d]) = (one.vertices, other.vertices);
             if ![c, d].contains(&a) && ![c, d].contains(&b) {
-                offer(Kind::EdgeEdge, [index(e), index(f)], [a, b, c, d]);
+                offer(PairKind::EdgeEdge, [index(e), index(f)], [a, b, c, d]);
             }
         }
     }

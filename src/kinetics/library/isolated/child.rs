@@ -132,7 +132,7 @@ impl Process {
             if let Ok(Some(status)) = child.try_wait() {
                 // It may have answered and then ended, for another call.
                 if !lane.wait_for(ANSWERED, Duration::ZERO) {
-                    self.ended(asked, status);
+                    self.record_exit(asked, status);
                 }
             } else if begin.elapsed() > self.limit {
                 let (plugin, call) = (self.title(), asked);
@@ -178,7 +178,7 @@ impl Process {
     }
 
     /// Notes that the child has ended, how, and in which call.
-    fn ended(&self, asked: &Asked, status: ExitStatus) {
+    fn record_exit(&self, asked: &Asked, status: ExitStatus) {
         let how = match (status.signal(), status.code()) {
             (Some(signal), _) => format!("{} (signal {signal})", signal_meaning(signal)),
             (_, code) => format!("it exits with status {}", code.unwrap_or_default()),

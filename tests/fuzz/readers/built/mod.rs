@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rumple::kinetics::Search;
+use rumple::kinetics::PluginSearch;
 use rumple::output::vtu;
 use rumple::run::Error;
 use rumple::scene::Scene;
@@ -99,7 +99,7 @@ fn built(bytes: &[u8]) -> bool {
     let text = text(bytes);
     let made = Scene::parse(&text, "built.toml", &[]).map_err(Error::from);
     let made = made.and_then(|scene| {
-        let simulation = Simulation::new(&scene, &Search::in_directories(Vec::new()))?;
+        let simulation = Simulation::new(&scene, &PluginSearch::in_directories(Vec::new()))?;
         Ok((scene, simulation))
     });
     match made {

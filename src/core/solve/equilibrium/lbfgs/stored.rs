@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::super::preconditioner::{HessianInverse, Learnt, Preconditioner};
 use super::Lbfgs;
 use crate::Vec3;
-use crate::effects::LowRank;
+use crate::effects::RankOneTerm;
 use crate::linear::{BlockMatrix, Values};
 use crate::model::Mechanics;
 use crate::record::{Malformed, Record};
@@ -51,7 +51,7 @@ struct Matrix<'a> {
     pairs: Option<Vec<[u32; 2]>>,
     values: Cow<'a, Values>,
     made: Cow<'a, Made>,
-    terms: Cow<'a, [LowRank]>,
+    terms: Cow<'a, [RankOneTerm]>,
 }
 
 impl Lbfgs {
