@@ -31,7 +31,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
     }
     let mut simulation = Simulation::new(&scene, &search)?;
     // The start must be one that every effect and the plugin can evaluate.
-    let faults = laws::try_out(&mut simulation.evaluate())?;
+    let faults = laws::validate(&mut simulation.evaluate())?;
     simulation.notes.extend(faults);
     simulation.evaluate().potential()?;
     let stiffness = stiffness::lines(&scene, &mut simulation)?;

@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::{SceneArgs, warn};
 use crate::output::{Interrupt, ResultDirectory};
-use crate::run::follow::{Follow, Found, Measure, News, Request};
+use crate::run::follow::{Follow, FollowEvent, FollowSummary, Measure, Request};
 use crate::run::run::end;
 use crate::run::{Error, Result, provenance};
 use crate::sheet::read;
@@ -119,7 +119,7 @@ fn run_in_pool(args: &FollowArgs) -> Result<()> {
     let interrupt = Interrupt::install()?;
     let directory = ResultDirectory::prepare(&root, args.force)?;
     let mut listener = listener(args.quiet);
-    let mut done = Found::default();
+    let mut done = FollowSummary::default();
     let outcome = follow.run(&directory, &mut listener, interrupt).map(|found| {
         done = found;
         format!(
@@ -168,23 +168,23 @@ fn request(args: &FollowArgs) -> Request {
 }
 
 /// Prints events, and progress every [`PROGRESS_INTERVAL`].
-fn listener(quiet: bool) -> impl FnMut(News<'_>) {
+fn listener(quiet: bool) -> impl FnMut(FollowEvent<'_>) {
     let mut last = Instant::now();
     move |news| match news {
         _ if quiet => {}
-        News::Event(text) => say!("{text}"),
-        News::Step(text) if last.elapsed() >= PROGRESS_INTERVAL => {
+        FollowEvent::Event(text) => say!("{text}"),
+        FollowEvent::Step(text) if last.elapsed() >= PROGRESS_INTERVAL => {
             last = Instant::now();
             warn(text);
         }
-        News::Step(_) => {}
+        FollowEvent::Step(_) => {}
     }
 }
 
 /// Least time between two lines of progress.
 const PROGRESS_INTERVAL: Duration = Duration::from_secs(5);
 
-fn print_summary(done: &Found, directory: &ResultDirectory, format: crate::output::Format) {
+fn print_summary(done: &FollowSummary, directory: &ResultDirectory, format: crate::output::Format) {
     say!(
         "{} on {}, {}",
         plural(done.points, "point", "points"),

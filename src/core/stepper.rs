@@ -165,7 +165,7 @@ impl Stepper {
         let work = self.model().tally().work();
         let (causes, not_finite) =
             (self.workspace.rejections().causes(), self.model().not_finite());
-        self.workspace.mark();
+        self.workspace.begin_step();
         let window = self.breakpoints.window(time, until);
         self.state.time = window.start;
         let report = advance(self, window.end).inspect_err(|_| {

@@ -24,14 +24,14 @@ pub struct Crossings {
 
 /// What crosses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Found {
+pub struct CrossingPairs {
     /// Pairs of triangles.
     pub pairs: usize,
     /// The first of them by the numbers of the triangles.
     pub first: Option<[usize; 2]>,
 }
 
-impl Found {
+impl CrossingPairs {
     /// Where the first pair of triangles crosses in the shape `x` of `sheet`, in words; empty where none does.
     #[must_use]
     pub fn place(&self, sheet: &Sheet, x: &[Vec3]) -> String {
@@ -66,12 +66,12 @@ impl Crossings {
 
     /// All pairs of triangles that cross in the shape `x` of `sheet`, which it was made for.
     #[must_use]
-    pub fn find(&mut self, sheet: &Sheet, x: &[Vec3]) -> Found {
+    pub fn find(&mut self, sheet: &Sheet, x: &[Vec3]) -> CrossingPairs {
         let bounds = |t: u32| Bounds::of(sheet.triangles()[t as usize].map(|v| x[v as usize]));
         self.tree.refit(bounds);
         let (this, count) = (&*self, self.tree.order().len());
         let block = |b: usize| {
-            let mut found = Found::default();
+            let mut found = CrossingPairs::default();
             for place in b * BLOCK..((b + 1) * BLOCK).min(count) {
                 this.later(sheet, x, place, &mut |pair| {
                     found.pairs += 1;
@@ -80,7 +80,7 @@ impl Crossings {
             }
             found
         };
-        let both = |a: Found, b: Found| Found {
+        let both = |a: CrossingPairs, b: CrossingPairs| CrossingPairs {
             pairs: a.pairs + b.pairs,
             first: a.first.into_iter().chain(b.first).min(),
         };
@@ -226,8 +226,8 @@ mod tests {
     }
 
     /// Every pair, one by one.
-    fn slowly(sheet: &Sheet, x: &[Vec3]) -> Found {
-        let mut found = Found::default();
+    fn slowly(sheet: &Sheet, x: &[Vec3]) -> CrossingPairs {
+        let mut found = CrossingPairs::default();
         let all = sheet.triangles();
         for s in 0..all.len() {
             for t in s + 1..all.len() {
@@ -255,7 +255,7 @@ mod tests {
         assert!(middle(a).xy().norm() < 0.2 && middle(b).xy().norm() < 0.2, "{a} {b}");
         // The same triangles as an arc of a circle.
         let ring = ribbon(|s| Vec3::new((6.0 * s).cos(), (6.0 * s).sin(), 0.0), 97);
-        assert_eq!(crossings.find(&sheet, ring.rest()), Found::default());
+        assert_eq!(crossings.find(&sheet, ring.rest()), CrossingPairs::default());
     }
 
     #[test]

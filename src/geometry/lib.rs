@@ -16,7 +16,7 @@ mod vertex_area;
 
 pub use align::{aligned, aligned_by};
 pub use average::FaceVertexAverage;
-pub use crossings::{Crossings, Found};
+pub use crossings::{CrossingPairs, Crossings};
 pub use curvature::{Curvature, angle_at};
 pub use faces::{Face, Faces, face_areas, vertex_normals};
 pub use gauss_bonnet::TotalCurvature;

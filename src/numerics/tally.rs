@@ -8,7 +8,7 @@
 //! Times are those of the calling thread, from beginning to end: other threads that it waits for are in them.
 //! Memory is what remains allocated by the whole program, if it says how much that is
 //! ([`watch_memory`]). A scope costs two readings of the clock; where that is much beside the work
-//! ([`Meter::brief`]), one piece in so many is timed, for all. Counts are integers.
+//! ([`Meter::sampled_scope`]), one piece in so many is timed, for all. Counts are integers.
 //!
 //! A tally also keeps one account of [`Work`] for the whole model: what was done, wherever it was done.
 
@@ -165,26 +165,26 @@ impl Meter {
     #[must_use = "the work ends where the scope is dropped"]
     pub fn scope(&self, what: usize) -> Scope {
         self.count(what);
-        self.kept()
+        self.uncounted_scope()
     }
 
     /// The same for work that is as brief as two readings of the clock: one piece in sixteen is timed, for all.
     #[must_use = "the work ends where the scope is dropped"]
-    pub fn brief(&self, what: usize) -> Scope {
+    pub fn sampled_scope(&self, what: usize) -> Scope {
         self.count(what);
         self.begin(Some(reading()), self.0.sample())
     }
 
     /// The same for work that hands out what it allocates: its memory is that of the scope around it.
     #[must_use = "the work ends where the scope is dropped"]
-    pub fn giving(&self, what: usize) -> Scope {
+    pub fn transferring_scope(&self, what: usize) -> Scope {
         self.count(what);
         self.begin(None, 1)
     }
 
     /// The same for work that is not counted: what is made once and kept.
     #[must_use = "the work ends where the scope is dropped"]
-    pub fn kept(&self) -> Scope {
+    pub fn uncounted_scope(&self) -> Scope {
         self.begin(Some(reading()), 1)
     }
 

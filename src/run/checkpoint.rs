@@ -19,10 +19,10 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
-use super::fingerprint::MadeFrom;
+use super::fingerprint::Fingerprint;
 use super::invariants;
 use super::processor::Processor;
-use super::ranks::{Share, Spread};
+use super::ranks::{RankPart, Share};
 use super::{Result, Simulation};
 use crate::model::State;
 use crate::num::real;
@@ -88,7 +88,7 @@ impl SolverMemory {
 /// A checkpoint.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Checkpoint {
-    pub(super) made_from: MadeFrom,
+    pub(super) fingerprint: Fingerprint,
     pub(super) results: ResultsSoFar,
     pub(super) spent: Spent,
     state: State,
@@ -130,7 +130,7 @@ impl Checkpoint {
             return Err(Malformed);
         }
         self.solvers.clone().restore(simulation)?;
-        self.go_on_from(self.state.clone(), simulation);
+        self.continue_from(self.state.clone(), simulation);
         Ok(())
     }
 
@@ -140,7 +140,7 @@ impl Checkpoint {
     }
 
     /// Continues from `state`; solvers restart with cleared history.
-    pub(super) fn go_on_from(&self, state: State, simulation: &mut Simulation) {
+    pub(super) fn continue_from(&self, state: State, simulation: &mut Simulation) {
         simulation.stepper.state = state;
         simulation.spent = self.spent;
         simulation.processor = Processor::default();
@@ -150,7 +150,7 @@ impl Checkpoint {
 /// Takes the checkpoints of a run.
 pub(super) struct Checkpoints {
     files: CheckpointFiles,
-    made_from: MadeFrom,
+    fingerprint: Fingerprint,
     began: Instant,
     /// Of time.
     every: Option<f64>,
@@ -189,7 +189,7 @@ impl Checkpoints {
         let wall = Duration::from_secs_f64(wall.get().min(1e9));
         let mut made = Self {
             files: CheckpointFiles::of(directory, keep.get())?,
-            made_from: MadeFrom::of(scene, simulation)?,
+            fingerprint: Fingerprint::of(scene, simulation)?,
             began: now,
             every: every.map(f64::from),
             next: 1,
@@ -255,12 +255,12 @@ impl Checkpoints {
         let at = Instant::now();
         if simulation.stepper.integrator.is_storable() {
             let checkpoint = Checkpoint {
-                made_from: self.made_from.clone(),
+                fingerprint: self.fingerprint.clone(),
                 results: results(),
                 spent: simulation.spent(),
                 state: simulation.stepper.state.clone(),
                 solvers: SolverMemory::of(simulation),
-                spread: simulation.spread.as_ref().map(Spread::share),
+                spread: simulation.spread.as_ref().map(RankPart::share),
             };
             self.held = Some(Held { checkpoint, at, took: at.elapsed(), written: false });
         }

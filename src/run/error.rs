@@ -1,6 +1,6 @@
 //! The error of whole runs: every failure that a user, a file or a plugin can cause.
 
-use super::invariants::Broken;
+use super::invariants::BrokenInvariant;
 use super::run::Failure;
 use crate::kinetics::KineticsError;
 use crate::model::ModelError;
@@ -27,7 +27,7 @@ pub enum Error {
     Solve(SolveError),
     /// A law of nature that no step keeps.
     #[error(transparent)]
-    Broken(Box<Broken>),
+    Broken(Box<BrokenInvariant>),
     /// A result could not be written or a state not be read.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -59,8 +59,8 @@ impl From<ModelError> for Error {
     }
 }
 
-impl From<Broken> for Error {
-    fn from(broken: Broken) -> Self {
+impl From<BrokenInvariant> for Error {
+    fn from(broken: BrokenInvariant) -> Self {
         Self::Broken(Box::new(broken))
     }
 }

@@ -9,7 +9,7 @@ use crate::scene::Scene;
 
 /// Scene, mesh and files of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct MadeFrom {
+pub(super) struct Fingerprint {
     /// The scene with all its defaults.
     scene: String,
     /// Hash of the mesh at rest.
@@ -24,7 +24,7 @@ const HOST_LAW: &str = "the law";
 /// Keys of a scene that a run may be continued with others of.
 const CHANGEABLE_KEYS: [&str; 3] = ["time.until", "time.max_steps", "checkpoint"];
 
-impl MadeFrom {
+impl Fingerprint {
     /// What `simulation` is made from.
     ///
     /// # Errors

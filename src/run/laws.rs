@@ -138,12 +138,12 @@ fn vary(scene: &Scene) -> bool {
 ///
 /// # Errors
 /// A law that fails there, or gives different results for the same inputs.
-pub fn try_out(at: &mut Evaluation<'_>) -> Result<Vec<String>> {
+pub fn validate(at: &mut Evaluation<'_>) -> Result<Vec<String>> {
     let (model, state) = (at.model(), at.state());
     let Some(chemistry) = model.chemistry() else { return Ok(Vec::new()) };
     let mut tried = || -> Result<Vec<String>> {
         let species: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
-        Ok(chemistry.look(&species, at.signals()?, validation::trial)?)
+        Ok(chemistry.with_inputs(&species, at.signals()?, validation::trial)?)
     };
     tried().map_err(|error| super::located(error, model.sheet(), &state.x))
 }

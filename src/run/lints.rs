@@ -219,7 +219,7 @@ pub(super) fn on_explicit_step(
     let Some(step) = scene.time.integrator.explicit_step() else { return Ok(None) };
     let Stepper { workspace, state, .. } = &mut simulation.stepper;
     let limit = diagnosis::explicit_limit(workspace, state)?.filter(|limit| step > *limit);
-    Ok(limit.map(|limit| format!("warning: {}", diagnosis::too_long(step, limit))))
+    Ok(limit.map(|limit| format!("warning: {}", diagnosis::explicit_limit_message(step, limit))))
 }
 
 /// Inspects what the first relaxation left of the shape that a scene starts from.

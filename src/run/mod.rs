@@ -53,7 +53,7 @@ pub use costs::{Costs, peak_resident};
 pub use error::{Error, Result};
 pub use explain::Explanation;
 pub use fields::Fields;
-pub use invariants::Broken;
+pub use invariants::BrokenInvariant;
 pub use observe::{Observer, StepInfo, StopRules};
 pub use prepare::material;
 pub use simulation::Simulation;

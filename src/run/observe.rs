@@ -67,7 +67,7 @@ impl LedgerRows {
     }
 
     /// On a rank that leaves it to the first one to write rows, and has its share in making them.
-    pub(super) fn elsewhere() -> Self {
+    pub(super) fn without_output() -> Self {
         Self { ledger: None, shape: ledger_row::ShapeSums::default() }
     }
 }

@@ -8,7 +8,7 @@ use super::binding;
 use super::invariants::Invariants;
 use super::laws::Laws;
 use super::processor::Processor;
-use super::ranks::Spread;
+use super::ranks::RankPart;
 use super::setup_cost::SetupCost;
 use super::simulation::{Simulation, mesh_record};
 use super::snapshot::Snapshot;
@@ -113,14 +113,14 @@ pub(super) fn over(
         }
     };
     let sheet = Arc::new(part.sheet.clone());
-    on(scene, search, (sheet, Some((around, Spread::new(part, mesh)))), notes)
+    on(scene, search, (sheet, Some((around, RankPart::new(part, mesh)))), notes)
 }
 
 /// Makes `scene` ready to run on its sheet, or on a part of the whole.
 fn on(
     scene: &Scene,
     search: &PluginSearch,
-    (sheet, of): (Arc<Sheet>, Option<(Sheet, Spread)>),
+    (sheet, of): (Arc<Sheet>, Option<(Sheet, RankPart)>),
     mut notes: Vec<String>,
 ) -> Result<Simulation> {
     let mut setup = SetupCost::begin();
@@ -146,7 +146,7 @@ fn on(
         planar::note_curvature_signals(kinetics, &mut notes);
     }
     let problem = problem(scene, &sheet, material.as_ref(), laws.as_ref(), of.as_ref())?;
-    let problem = problem.reading(&read);
+    let problem = problem.with_surface_reader(&read);
     let mut stepper = binding::stepper(scene, &problem, &mut setup, &mut notes)?;
     let model = Arc::clone(stepper.model());
     note_model(scene, &model, &mut notes)?;
@@ -217,8 +217,8 @@ pub(super) fn model(
     let material = material(scene, sheet)?;
     let laws = laws::load(scene, search, &mut Vec::new())?;
     let problem = problem(scene, sheet, material.as_ref(), laws.as_ref(), None)?;
-    let problem = problem.reading(&read_surface);
-    problem.counted_with(tally.clone()).model().map_err(|error| placed(scene, &error))
+    let problem = problem.with_surface_reader(&read_surface);
+    problem.with_tally(tally.clone()).model().map_err(|error| placed(scene, &error))
 }
 
 /// The problem that `scene` states.
@@ -227,7 +227,7 @@ fn problem<'a>(
     sheet: &Arc<Sheet>,
     material: Option<&Elasticity>,
     laws: Option<&Laws>,
-    of: Option<&(Sheet, Spread)>,
+    of: Option<&(Sheet, RankPart)>,
 ) -> Result<Problem<'a>> {
     let location = location(scene, laws.map(|laws| laws.kinetics.as_ref()));
     let parameters = match laws {
@@ -259,7 +259,7 @@ fn problem<'a>(
         .policy(scene.time.policy)
         .drag(drag)
         .until(scene.time.span.until.get())
-        .solved_by(&*scene.time.integrator, &*scene.equilibrium))
+        .with_solvers(&*scene.time.integrator, &*scene.equilibrium))
 }
 
 /// Notes on what holds, loads and damps the sheet.

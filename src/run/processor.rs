@@ -59,7 +59,7 @@ impl Processor {
     }
 
     /// What was not told yet, s.
-    pub(crate) fn untold(&self) -> f64 {
+    pub(crate) fn unreported(&self) -> f64 {
         self.pieces
     }
 

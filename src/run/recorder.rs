@@ -46,7 +46,7 @@ impl RunObservers {
         let columns = ledger_row::columns(model, monitored, &invariants);
         let first = model.sheet().reduction().is_first();
         let ledger = match from {
-            _ if !first => LedgerRows::elsewhere(),
+            _ if !first => LedgerRows::without_output(),
             None => LedgerRows::create(directory, &columns)?,
             Some(from) => LedgerRows::reopen(directory, &columns, from.step())?,
         };
@@ -239,7 +239,7 @@ impl<'a> Recorder<'a> {
         self.summary.intersection = intersections.last();
         let last = self.summary.intersection;
         self.session.directory.claim().tell(|reached| reached.intersection = last);
-        if let Some(text) = intersections.news() {
+        if let Some(text) = intersections.first_message() {
             self.session.progress.message(&text);
         }
     }

@@ -5,8 +5,8 @@ use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::fingerprint::MadeFrom;
-use super::ranks::checkpoints::{self, Usable};
+use super::fingerprint::Fingerprint;
+use super::ranks::checkpoints::{self, UsableCheckpoint};
 use super::{Checkpoint, Error, Result, Simulation};
 use crate::kinetics::PluginSearch;
 use crate::output::checkpoint::{self, Unusable};
@@ -67,10 +67,10 @@ pub fn resume_on(
     let until_set = until.map(|until| format!("time.until={until:?}"));
     let scene = Scene::load(&path, until_set.as_slice())?;
     let found = last(root, directory, of.as_deref());
-    let (Usable { checkpoint, parts }, notes) =
+    let (UsableCheckpoint { checkpoint, parts }, notes) =
         found.map_err(|notes| refused(without_checkpoint(&notes, standing.as_ref())))?;
     check_end(&checkpoint, scene.time.span.until.get(), until, standing).map_err(refused)?;
-    if let (Some(name), None) = (checkpoint.made_from.host_law(), search.host_law()) {
+    if let (Some(name), None) = (checkpoint.fingerprint.host_law(), search.host_law()) {
         return refuse(format!(
             "the law `{name}` is a function of the program that began the run, which its directory does not have; \
              give it again where the run is resumed, as law={name} in Python"
@@ -80,8 +80,8 @@ pub fn resume_on(
         None => Simulation::new(&scene, search)?,
         Some(ranks) => Simulation::over(&scene, search, ranks)?,
     };
-    let now = MadeFrom::of(&scene, &simulation)?;
-    if let Err(Error::Refused(changed)) = checkpoint.made_from.check(&now) {
+    let now = Fingerprint::of(&scene, &simulation)?;
+    if let Err(Error::Refused(changed)) = checkpoint.fingerprint.check(&now) {
         return refuse(format!(
             "what the run is made from has changed:\n{changed}\nundo that, or begin a new run; `rumple run \
              --from FRAME` starts one from a frame's state"
@@ -125,7 +125,7 @@ fn restore(
     }
     let part = simulation.spread.as_ref().map(|spread| &spread.part);
     let state = checkpoints::state_of(parts, part).ok_or(Malformed)?;
-    checkpoint.go_on_from(state, simulation);
+    checkpoint.continue_from(state, simulation);
     Ok(())
 }
 
@@ -166,7 +166,7 @@ fn last(
     root: &Path,
     directory: &ResultDirectory,
     of: Option<&dyn Communicator>,
-) -> Result<(Usable, Vec<String>), Vec<String>> {
+) -> Result<(UsableCheckpoint, Vec<String>), Vec<String>> {
     if of.is_some() || checkpoints::ranks_of(root) > 1 {
         let fits = |found: &Checkpoint| missing(directory, found).is_none();
         return match checkpoints::last(root, of, &fits) {
@@ -183,7 +183,7 @@ fn last(
         });
         match read {
             Ok(checkpoint) => match missing(directory, &checkpoint) {
-                None => return Ok((Usable { checkpoint, parts: Vec::new() }, notes)),
+                None => return Ok((UsableCheckpoint { checkpoint, parts: Vec::new() }, notes)),
                 Some(what) => notes.push(format!("{name} does not fit the results: {what}")),
             },
             Err(error) => notes.push(format!("{name} {error}")),

@@ -33,7 +33,7 @@ impl Intersections {
     }
 
     /// A message when a shape passes through itself for the first time.
-    pub(super) fn news(&mut self) -> Option<String> {
+    pub(super) fn first_message(&mut self) -> Option<String> {
         self.news.take()
     }
 }

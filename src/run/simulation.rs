@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::invariants::Invariants;
 use super::processor::Processor;
-use super::ranks::Spread;
+use super::ranks::RankPart;
 use super::setup_cost::SetupCost;
 use super::{Error, Fields, Result, laws, ledger_row, prepare};
 use crate::Stepper;
@@ -60,7 +60,7 @@ pub struct Simulation {
     /// What relaxing the start and stepping have cost.
     pub(crate) spent: Spent,
     /// What it has of the sheet, where that is spread over ranks.
-    pub(crate) spread: Option<Spread>,
+    pub(crate) spread: Option<RankPart>,
     /// Tells their processor time.
     pub(crate) processor: Processor,
 }
@@ -89,7 +89,7 @@ impl Simulation {
     /// What of a surface of the whole sheet this rank has; all of it in one process.
     #[must_use]
     pub fn part_of(&self, mut surface: Surface) -> Surface {
-        if let Some(Spread { part, .. }) = &self.spread {
+        if let Some(RankPart { part, .. }) = &self.spread {
             part.restrict_surface(&mut surface);
         }
         surface
@@ -140,7 +140,7 @@ impl Simulation {
     /// # Errors
     /// If a law fails, or gives two results for the same inputs.
     pub fn try_laws(&mut self) -> Result<&[String]> {
-        self.faults = laws::try_out(&mut self.evaluate())?;
+        self.faults = laws::validate(&mut self.evaluate())?;
         Ok(&self.faults)
     }
 
@@ -248,7 +248,7 @@ impl Simulation {
     /// and without observers of states in between.
     #[must_use]
     pub fn spent(&self) -> Spent {
-        let cpu_seconds = self.spent.cpu_seconds + self.processor.untold();
+        let cpu_seconds = self.spent.cpu_seconds + self.processor.unreported();
         Spent { cpu_seconds, ..self.spent }
     }
 

@@ -89,7 +89,7 @@ impl StabilityMonitor {
         (self.written, self.unstable)
     }
 
-    /// As [`StabilityMonitor::look`] after the step of `report`, whose work it adds to; NaN if it is interrupted.
+    /// As [`StabilityMonitor::inspect`] after the step of `report`, whose work it adds to; NaN if it is interrupted.
     ///
     /// # Errors
     /// As there.
@@ -101,7 +101,7 @@ impl StabilityMonitor {
     ) -> Result<f64> {
         let tally = simulation.model().tally();
         let _scope = tally.meter("solver", "stability analysis", &["shapes"]).scope(0);
-        let (seen, spent) = simulation.spend(|s| self.look(s, &mut report.relaxation, to));
+        let (seen, spent) = simulation.spend(|s| self.inspect(s, &mut report.relaxation, to));
         report.work += spent.work;
         match seen {
             // The state is then still the saddle.
@@ -118,7 +118,7 @@ impl StabilityMonitor {
     /// # Errors
     /// Files that cannot be written, or a relaxation that fails on its way from a saddle; the state
     /// is the saddle then.
-    fn look(
+    fn inspect(
         &mut self,
         simulation: &mut Simulation,
         done: &mut Relaxation,

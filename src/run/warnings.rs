@@ -61,7 +61,7 @@ impl Faults {
             ));
         }
         let Some(chemistry) = simulation.model().chemistry() else { return news };
-        let flagged = chemistry.flagged();
+        let flagged = chemistry.unreliable_results();
         if !self.unreliable
             && let Some(text) = flagged.unreliable(chemistry.descriptor())
         {

@@ -137,7 +137,7 @@ fn holding(
         transport,
         measure,
     )
-    .holding(held);
+    .with_held_values(held);
     let storage = Storage { mechanics: 1.0, chemistry: 1.0 };
     Arc::new(Model::new(mechanics, Some(chemistry), storage, Drag::per_vertex(3.0)))
 }

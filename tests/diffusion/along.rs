@@ -2,7 +2,7 @@
 
 use rumple::effects::{Diffusion, EffectContext, EffectSpec, Fibre, Field, Measure};
 use rumple::kinetics::Location;
-use rumple::kit::made_up;
+use rumple::kit::synthetic_law;
 use rumple::num::checked::NonNegative;
 use rumple::sheet::Sheet;
 use rumple::{Simulation, Vec3};
@@ -28,7 +28,7 @@ fn context<'a>(sheet: &'a Sheet, law: &'a rumple::kinetics::Descriptor) -> Effec
 #[test]
 fn the_flux_is_that_of_the_carried_fibre() {
     let sheet = irregular(7, 6, 0.2);
-    let law = made_up(&["c"]);
+    let law = synthetic_law(&["c"]);
     let (along, across, fibre) = (3.0, 0.4, Vec3::new(0.6, 0.8, 0.0));
     let components = [fibre.x, fibre.y, 0.5].map(|a| Field::Formula(format!("{a:?}")));
     let spec = Diffusion {
@@ -93,7 +93,7 @@ fn modes_along_and_across_decay_at_their_rates() {
 #[test]
 fn keys_that_do_not_go_together_are_refused() {
     let sheet = irregular(5, 5, 0.1);
-    let law = made_up(&["c"]);
+    let law = synthetic_law(&["c"]);
     let whole = Diffusion {
         fibre: Some(Fibre::Components([1.0, 0.0, 0.0].map(|a| Field::Formula(format!("{a:?}"))))),
         along: number(1.0),

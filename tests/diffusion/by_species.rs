@@ -3,7 +3,7 @@
 use rumple::Simulation;
 use rumple::effects::{Diffusion, EffectContext, EffectSpec, Field, Measure};
 use rumple::kinetics::Location;
-use rumple::kit::made_up;
+use rumple::kit::synthetic_law;
 
 use crate::common::{irregular, prepare};
 
@@ -108,7 +108,7 @@ fn cells_gather_up_a_gradient_as_boltzmann_says() {
 #[test]
 fn coefficients_that_no_diffusion_has_are_refused() {
     let sheet = irregular(5, 5, 0.1);
-    let law = made_up(&["c"]);
+    let law = synthetic_law(&["c"]);
     let context = |location, measure| EffectContext {
         sheet: &sheet,
         material: None,

@@ -163,7 +163,9 @@ fn model(sheet: &Arc<Sheet>, parts: &[&str]) -> Arc<Model> {
         Chemistry::new(sheet, kinetics, fields, place, signals, transports, measure)
     });
     let storage = Policy::default().storage();
-    Arc::new(Model::new(mechanics, chemistry, storage, Drag::per_vertex(1.0)).growing(all.growth))
+    Arc::new(
+        Model::new(mechanics, chemistry, storage, Drag::per_vertex(1.0)).with_growth(all.growth),
+    )
 }
 
 /// Counts, allocations and bytes of one meter.

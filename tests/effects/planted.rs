@@ -6,7 +6,7 @@ use rumple::Vec3;
 use rumple::effects::RankOneTerm;
 use rumple::effects::prelude::*;
 use rumple::kinetics::Location;
-use rumple::kit::{Report, examine, examine_with, made_up};
+use rumple::kit::{Report, examine, examine_with, synthetic_law};
 use serde::Serialize;
 
 use crate::common::irregular;
@@ -174,7 +174,7 @@ impl Transport for Planted {
 fn report(transport: bool, fault: &'static str) -> Report {
     let sheet = Arc::new(irregular(9, 8, 0.25));
     assert_eq!(sheet.vertex_count(), 72);
-    let kinetics = made_up(&["c"]);
+    let kinetics = synthetic_law(&["c"]);
     let kinetics = transport.then_some((&kinetics, Location::Vertex));
     examine_with(&Planted { transport, fault }, &sheet, None, kinetics).unwrap()
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rumple::effects::prelude::*;
 use rumple::kinetics::formula::{FormulaKinetics, Law};
-use rumple::kit::{examine_with, made_up};
+use rumple::kit::{examine_with, synthetic_law};
 use rumple::problem::{self, Problem};
 use rumple::sheet::{Shape as Form, generate};
 use serde::Serialize;
@@ -107,7 +107,7 @@ fn a_strangers_effect_reads_a_species() {
 #[test]
 fn the_kit_inspects_derivatives_by_species() {
     let sheet = Arc::new(irregular(9, 8, 0.25));
-    let law = made_up(&["b", "c"]);
+    let law = synthetic_law(&["b", "c"]);
     let faults = |effect: &dyn EffectSpec, location| {
         examine_with(effect, &sheet, None, Some((&law, location))).unwrap().faults
     };

@@ -9,7 +9,7 @@ use rumple::effects::{
 };
 use rumple::geometry::Conditions;
 use rumple::kinetics::Location;
-use rumple::kit::{Report, examine_on, examine_with, made_up};
+use rumple::kit::{Report, examine_on, examine_with, synthetic_law};
 use rumple::model::{Mechanics, Potential};
 use rumple::num::checked::Positive;
 use rumple::scene::Scene;
@@ -173,9 +173,9 @@ fn sheet(closed: bool) -> Arc<Sheet> {
 fn report(kind: &str, table: &str, closed: bool, location: Location) -> Report {
     let spec: Box<dyn EffectSpec> = read(kind, table);
     let material = Material { young: 10.0, poisson: 1.0 / 3.0, thickness: 0.5 };
-    let mut made_up = made_up(&["c", "d"]);
-    made_up.capabilities.length_factor = true;
-    let kinetics = spec.needs().species.then_some((&made_up, location));
+    let mut synthetic_law = synthetic_law(&["c", "d"]);
+    synthetic_law.capabilities.length_factor = true;
+    let kinetics = spec.needs().species.then_some((&synthetic_law, location));
     examine_with(spec.as_ref(), &sheet(closed), Some(&material), kinetics).unwrap()
 }
 
@@ -204,7 +204,7 @@ fn every_registered_effect_passes_the_kit() {
 /// With the spontaneous curvature of a law; an energy that leaves its derivatives out is found.
 #[test]
 fn bending_that_follows_a_law_passes_the_kit() {
-    let mut law = made_up(&["c"]);
+    let mut law = synthetic_law(&["c"]);
     law.capabilities.curvature = true;
     let material = Material { young: 10.0, poisson: 1.0 / 3.0, thickness: 0.5 };
     let bending =

@@ -92,7 +92,7 @@ fn an_unlisted_effect_changes_no_bit_and_no_count() {
     let directory = ResultDirectory::prepare(&folder.path().join("with"), false).unwrap();
     let mut progress = Progress::new(Mode::Silent, 0.0, 1.0);
     let interrupt = Interrupt::install().unwrap();
-    laws::try_out(&mut simulation.evaluate()).unwrap();
+    laws::validate(&mut simulation.evaluate()).unwrap();
     run::run(&scene, &mut simulation, &directory, &mut progress, interrupt).unwrap();
     for number in 0..3 {
         let frame = |of: &str| {

@@ -145,7 +145,7 @@ fn what_is_not_positive_is_refused_wherever_it_is() {
     for vertex in [0, n / 3, n / 2, n - 1] {
         for bad in [-100.0, f64::NAN] {
             let mut matrix = positive.clone();
-            matrix.stiffen(vertex, 1, bad);
+            matrix.add_to_diagonal(vertex, 1, bad);
             assert!(cholesky.factorise(&matrix).is_err(), "{vertex}: {bad}");
         }
     }

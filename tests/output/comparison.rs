@@ -8,7 +8,7 @@ use rumple::model::State;
 use rumple::output::picture::Picture;
 use rumple::run::run::{Ending, Summary};
 use rumple::solve::SolveError;
-use rumple::study::compare::{Member, Ran, contact_sheet, figure};
+use rumple::study::compare::{Member, MemberRun, contact_sheet, figure};
 use rumple::study::{Measures, Norm};
 use rumple::tally::{Spent, Work};
 use rumple::{Error, Vec3};
@@ -52,7 +52,7 @@ fn member(name: &str, seconds: f64, bend: f64, level: f64) -> Member {
         invariants: Vec::new(),
         intersection: None,
     };
-    let ran = Ran {
+    let ran = MemberRun {
         summary,
         measures: states.iter().map(measures).collect(),
         shown: states.iter().map(|s| s.species[0].clone()).collect(),

@@ -16,7 +16,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::field::named;
-use super::inflow::{Inflow, Per, Through};
+use super::inflow::{FluxSource, Inflow, Per};
 use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Needs, Region};
 use crate::num::checked::NonNegative;
 
@@ -62,7 +62,7 @@ impl EffectSpec for Exchange {
         let loss = context.at_vertices(&self.rate, "rate")?;
         let reference = context.at_vertices(&self.reference, "reference")?;
         let supply = loss.iter().zip(&reference).map(|(rate, value)| rate * value).collect();
-        let through = Through { region: &self.region, per: self.per, supply, loss };
+        let through = FluxSource { region: &self.region, per: self.per, supply, loss };
         Ok(Effect::transport(Inflow::new(("exchange", "rate"), context, place, &through)?))
     }
 }

@@ -16,7 +16,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::field::named;
-use super::inflow::{Inflow, Per, Through};
+use super::inflow::{FluxSource, Inflow, Per};
 use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Needs, Region};
 
 /// Parameters of a flux in a scene.
@@ -57,7 +57,7 @@ impl EffectSpec for Flux {
         let place = context.species("species", &self.species, "flow in")?;
         let supply = context.at_vertices(&self.value, "value")?;
         let loss = vec![0.0; supply.len()];
-        let through = Through { region: &self.region, per: self.per, supply, loss };
+        let through = FluxSource { region: &self.region, per: self.per, supply, loss };
         Ok(Effect::transport(Inflow::new(("flux", "value"), context, place, &through)?))
     }
 }

@@ -104,7 +104,7 @@ pub struct Inflow {
 }
 
 /// What the species flows through: values of q and k at the vertices.
-pub(super) struct Through<'a> {
+pub(super) struct FluxSource<'a> {
     pub(super) region: &'a Region,
     pub(super) per: Option<Per>,
     pub(super) supply: Vec<f64>,
@@ -117,7 +117,7 @@ impl Inflow {
         (name, key): (&'static str, &'static str),
         context: &EffectContext<'_>,
         (species, location): (usize, Location),
-        through: &Through<'_>,
+        through: &FluxSource<'_>,
     ) -> Result<Self, EffectError> {
         let (sheet, measure) = (context.sheet, context.measure);
         let facets = facets(sheet, through, name)?;
@@ -174,7 +174,7 @@ impl Inflow {
 /// The triangles or boundary edges of the region, each with the number of its triangle.
 fn facets(
     sheet: &Sheet,
-    through: &Through<'_>,
+    through: &FluxSource<'_>,
     effect: &str,
 ) -> Result<Vec<(Facet, usize)>, EffectError> {
     let chosen = through.region.choose(sheet, effect)?;

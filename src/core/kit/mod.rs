@@ -115,7 +115,7 @@ pub fn examine(
     examine_with(effect, sheet, material, None)
 }
 
-/// As [`examine`], with the species of a law ([`made_up`] makes one) and where they live.
+/// As [`examine`], with the species of a law ([`synthetic_law`] makes one) and where they live.
 ///
 /// Values are taken as amounts per current area, and also as amounts per rest area where the effect can be
 /// built for them.
@@ -189,7 +189,7 @@ pub fn examine_on(
 
 /// A law of species that do not react, to examine effects with: each has the diffusion coefficient 1.
 #[must_use]
-pub fn made_up(species: &[&str]) -> Descriptor {
+pub fn synthetic_law(species: &[&str]) -> Descriptor {
     let species = species.iter().map(|name| Species { diffusion: 1.0, ..Species::named(*name) });
     Descriptor { species: species.collect(), ..Descriptor::named("kit.made-up", "made-up") }
 }

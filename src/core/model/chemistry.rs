@@ -15,7 +15,7 @@ use super::error::ModelError;
 use super::mechanics::numbered;
 use super::parameters::{ParameterFields, column};
 use super::signals::Signals;
-use super::unreliable_results::Flagged;
+use super::unreliable_results::UnreliableResults;
 use crate::effects::{DirectedLengthFactor, Held, Measure, Operator, TransportTerm};
 use crate::kinetics::{
     Batch, Column, Descriptor, Feedback, Kinetics, KineticsError, Location, Outcome, Quantity,
@@ -46,7 +46,7 @@ pub struct Chemistry {
     measure: Measure,
     direction: Option<DirectedLengthFactor>,
     held: HeldValues,
-    flagged: Flagged,
+    flagged: UnreliableResults,
     tally: Tally,
     law: Meter,
     /// One for each transport.
@@ -70,7 +70,7 @@ impl Chemistry {
     ) -> Self {
         parameters.carry(sheet, location, &kinetics.descriptor().capabilities);
         let which = distinct_operators(&transports);
-        let (flagged, tally) = (Flagged::default(), Tally::default());
+        let (flagged, tally) = (UnreliableResults::default(), Tally::default());
         let (law, meters) = (counters::of_law(&tally, ""), Vec::new());
         let mut made = Self {
             kinetics,
@@ -93,14 +93,14 @@ impl Chemistry {
 
     /// The same with a direction in which its length factor acts.
     #[must_use]
-    pub fn directed(mut self, direction: Option<DirectedLengthFactor>) -> Self {
+    pub fn with_direction(mut self, direction: Option<DirectedLengthFactor>) -> Self {
         self.direction = direction;
         self
     }
 
     /// The same with values of species that are held.
     #[must_use]
-    pub fn holding(mut self, held: &[Held]) -> Self {
+    pub fn with_held_values(mut self, held: &[Held]) -> Self {
         self.held = HeldValues::new(self.descriptor().species.len(), held);
         self
     }
@@ -277,7 +277,7 @@ impl Chemistry {
         };
         let points = species.first().map_or(0, |c| c.as_ref().len());
         let law = &self.law;
-        let _scope = if points <= FEW_POINTS { law.brief(what) } else { law.scope(what) };
+        let _scope = if points <= FEW_POINTS { law.sampled_scope(what) } else { law.scope(what) };
         self.tally.count(|work| {
             (work.law_calls, work.law_sites) = (work.law_calls + 1, work.law_sites + points as u64)
         });
@@ -303,7 +303,7 @@ impl Chemistry {
 
     /// Which results the law has flagged, or given wrongly, on the way; each kind is reported once.
     #[must_use]
-    pub fn flagged(&self) -> &Flagged {
+    pub fn unreliable_results(&self) -> &UnreliableResults {
         &self.flagged
     }
 
@@ -325,14 +325,14 @@ impl Chemistry {
         Ok(all)
     }
 
-    /// Hands the law's inputs at all points to `look`.
-    pub fn look<R>(
+    /// Hands the law's inputs at all points to `visit`.
+    pub fn with_inputs<R>(
         &self,
         species: &[&[f64]],
         signals: &SignalColumns,
-        look: impl FnOnce(&dyn Kinetics, &Batch<'_>) -> R,
+        visit: impl FnOnce(&dyn Kinetics, &Batch<'_>) -> R,
     ) -> R {
-        self.batch(self.location, species, signals, look)
+        self.batch(self.location, species, signals, visit)
     }
 
     /// Partial derivatives of the reaction rates, column `s · inputs + j` for rate s by input j:

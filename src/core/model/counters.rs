@@ -17,7 +17,7 @@ pub(super) mod energy {
     pub(in crate::model) const SPECIES: usize = 8;
 
     /// Whether it hands out what it allocates.
-    pub(in crate::model) fn gives(what: usize) -> bool {
+    pub(in crate::model) fn returns_memory(what: usize) -> bool {
         matches!(what, LOW_RANK | PAIRS | LENGTHS | SPECIES)
     }
 

@@ -43,11 +43,11 @@ pub use policy::{Policy, Storage};
 pub use potential::Potential;
 pub use proximal_term::Anchor;
 pub use rigid::{Motion, free_motions};
-pub(crate) use rigid::{align, floats, minimal_pins, undriven, unhindered};
+pub(crate) use rigid::{align, floats, force_free_motions, minimal_pins, unhindered};
 pub use signals::{Signals, TensionReading};
 pub use state::{Positions, State};
 pub use time_course::TimeCourse;
-pub use unreliable_results::Flagged;
+pub use unreliable_results::UnreliableResults;
 
 pub use counters::constraint_meter;
 pub(crate) use signals::Derivatives;
@@ -90,14 +90,14 @@ impl Model {
 
     /// The same with length factors that multiply those of the laws.
     #[must_use]
-    pub fn growing(mut self, growth: Vec<LengthFactor>) -> Self {
+    pub fn with_growth(mut self, growth: Vec<LengthFactor>) -> Self {
         self.growth = growth;
         self
     }
 
     /// The same with internal variables of effects.
     #[must_use]
-    pub(crate) fn owning(mut self, internal: Vec<Box<dyn Internal>>) -> Self {
+    pub(crate) fn with_internal_variables(mut self, internal: Vec<Box<dyn Internal>>) -> Self {
         self.internal = internal;
         self
     }
@@ -150,7 +150,7 @@ impl Model {
     pub fn growth(&self, time: f64) -> Result<Option<Cow<'_, [f64]>>, ModelError> {
         let mut all: Option<Cow<'_, [f64]>> = None;
         for (k, growth) in self.growth.iter().enumerate() {
-            let _scope = counters::of_growth(self.tally(), k).giving(0);
+            let _scope = counters::of_growth(self.tally(), k).transferring_scope(0);
             let factor = growth.at(self.sheet(), time);
             match &mut all {
                 None => all = Some(factor),
@@ -219,7 +219,8 @@ impl Model {
     /// How many values of laws and effects were not finite numbers, in rejected step attempts.
     #[must_use]
     pub fn not_finite(&self) -> u64 {
-        let of_laws = self.chemistry.as_ref().map_or(0, |chemistry| chemistry.flagged().count());
+        let of_laws =
+            self.chemistry.as_ref().map_or(0, |chemistry| chemistry.unreliable_results().count());
         of_laws + self.mechanics.not_finite().0
     }
 

@@ -44,7 +44,7 @@ impl Drop for Potential {
     /// Memory is freed where it is counted.
     fn drop(&mut self) {
         for (work, meter) in self.work.drain(..).zip(self.mechanics.meters()) {
-            let _scope = meter.kept();
+            let _scope = meter.uncounted_scope();
             drop(work);
         }
     }
@@ -184,8 +184,8 @@ impl Potential {
             if !energy::declared(what, term.coupling()) {
                 continue;
             }
-            let _scope = match energy::gives(what) {
-                true => meters[k].giving(what),
+            let _scope = match energy::returns_memory(what) {
+                true => meters[k].transferring_scope(what),
                 false => meters[k].scope(what),
             };
             f(k, &**term, work, &shape);

@@ -11,7 +11,7 @@
 mod unhindered;
 
 pub(super) use unhindered::unhindered_at_rest;
-pub(crate) use unhindered::{floats, undriven, unhindered};
+pub(crate) use unhindered::{floats, force_free_motions, unhindered};
 
 use nalgebra::{DMatrix, DVector, Matrix6, Rotation3, SymmetricEigen, Vector6};
 

@@ -180,7 +180,7 @@ impl Signals {
     /// Frees the curvatures where they are counted.
     fn free(&self, curvature: Option<Curvature>) {
         if let Some(curvature) = curvature {
-            let _scope = self.meters.first().map(Meter::kept);
+            let _scope = self.meters.first().map(Meter::uncounted_scope);
             drop(curvature);
         }
     }

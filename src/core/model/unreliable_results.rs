@@ -8,14 +8,14 @@ use crate::kinetics::{BadValue, Descriptor, KineticsError, Location, Outcome, Un
 
 /// The first of each kind.
 #[derive(Debug, Default)]
-pub struct Flagged {
+pub struct UnreliableResults {
     unreliable: OnceLock<(Location, Unreliable)>,
     bad: OnceLock<BadValue>,
     /// How often a call gave no usable number.
     count: AtomicU64,
 }
 
-impl Flagged {
+impl UnreliableResults {
     /// Records the outcome of a call.
     pub(super) fn note(&self, location: Location, outcome: Outcome) -> Result<(), KineticsError> {
         match outcome {

@@ -47,7 +47,7 @@ use crate::solve::{EquilibriumSpec, IntegratorSpec, Workspace};
 use crate::stepper::{Breakpoints, Stepper};
 use crate::tally::Tally;
 pub use error::{Part, ProblemError};
-use setup::Bound;
+use setup::BoundEffects;
 
 /// A law on a sheet.
 #[derive(Clone)]
@@ -212,19 +212,19 @@ impl<'a> Problem<'a> {
 
     /// How effects read meshes from files, for those that name one.
     #[must_use]
-    pub fn reading(self, read: &'a ReadSurface<'a>) -> Self {
+    pub fn with_surface_reader(self, read: &'a ReadSurface<'a>) -> Self {
         Self { read: Some(read), ..self }
     }
 
     /// Counts the work with `tally`, which several problems may share.
     #[must_use]
-    pub fn counted_with(self, tally: Tally) -> Self {
+    pub fn with_tally(self, tally: Tally) -> Self {
         Self { tally, ..self }
     }
 
     /// Both as a scene has them.
     #[must_use]
-    pub fn solved_by(
+    pub fn with_solvers(
         self,
         integrator: &'a (dyn IntegratorSpec + 'static),
         equilibrium: &'a (dyn EquilibriumSpec + 'static),
@@ -270,7 +270,7 @@ impl<'a> Problem<'a> {
         on_effect: &mut OnEffect<'_>,
     ) -> Result<(Model, State, VertexArea), ProblemError> {
         self.check()?;
-        let Bound { mechanics, transports, crossing, held, growth, direction, internal } =
+        let BoundEffects { mechanics, transports, crossing, held, growth, direction, internal } =
             self.bind(on_effect)?;
         let mechanics = Mechanics::of(Arc::clone(&self.sheet), mechanics)
             .map_err(|e| ProblemError::new(Part::Sheet, e.to_string(), None))?;
@@ -278,10 +278,9 @@ impl<'a> Problem<'a> {
         self.check_contact(&mechanics)?;
         let rule = self.effects.iter().find_map(|effect| effect.vertex_area());
         let area = VertexArea::lazy(rule.unwrap_or_default());
-        let chemistry = self
-            .law
-            .clone()
-            .map(|law| self.chemistry(law, &area, transports).directed(direction).holding(&held));
+        let chemistry = self.law.clone().map(|law| {
+            self.chemistry(law, &area, transports).with_direction(direction).with_held_values(&held)
+        });
         check_diffusion(chemistry.as_ref(), crossing)?;
         let species = chemistry.as_ref().map_or(0, |c| c.descriptor().species.len());
         let points = match chemistry.as_ref().map(Chemistry::location) {
@@ -296,7 +295,7 @@ impl<'a> Problem<'a> {
             internal: Vec::new(),
         };
         let model = Model::new(mechanics, chemistry, self.policy.storage(), self.built_drag()?);
-        let model = model.growing(growth).owning(internal);
+        let model = model.with_growth(growth).with_internal_variables(internal);
         model.hold(&mut state.species);
         state.internal = model.initial_internal();
         Ok((model, state, area))

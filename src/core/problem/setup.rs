@@ -15,7 +15,7 @@ use crate::solve::{Integrator, Relaxer};
 
 /// What all effects bring.
 #[derive(Default)]
-pub(super) struct Bound {
+pub(super) struct BoundEffects {
     pub(super) mechanics: MechanicsParts,
     pub(super) transports: Vec<TransportTerm>,
     /// Number of the first effect with cross-diffusion.
@@ -185,7 +185,7 @@ impl Problem<'_> {
     }
 
     /// Binds the effects to the sheet.
-    pub(super) fn bind(&self, on_effect: &mut OnEffect<'_>) -> Result<Bound, ProblemError> {
+    pub(super) fn bind(&self, on_effect: &mut OnEffect<'_>) -> Result<BoundEffects, ProblemError> {
         let law = self.law.as_ref();
         let material = self.material.as_ref().map(Elasticity::largest);
         let context = EffectContext {
@@ -196,7 +196,7 @@ impl Problem<'_> {
             measure: law.map(|law| law.measure).unwrap_or_default(),
             read: self.read,
         };
-        let mut all = Bound::default();
+        let mut all = BoundEffects::default();
         all.mechanics.planar = self.planar;
         all.mechanics.tally = self.tally.clone();
         all.mechanics.pins = vec![[false; 3]; self.sheet.vertex_count()];
@@ -384,7 +384,7 @@ fn check_internal(
     Ok(())
 }
 
-impl Bound {
+impl BoundEffects {
     fn add(&mut self, effect: Effect) {
         self.mechanics.terms.extend(effect.energies);
         self.transports.extend(effect.transports);

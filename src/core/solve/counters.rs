@@ -46,7 +46,7 @@ pub const RESERVED: &str = "room for matrix products, reserved and mostly unused
 impl Linear {
     pub(super) fn of(tally: &Tally) -> Self {
         if allocated().is_some() {
-            let _scope = tally.meter("solver", RESERVED, &[]).kept();
+            let _scope = tally.meter("solver", RESERVED, &[]).uncounted_scope();
             reserve_scratch();
         }
         Self {

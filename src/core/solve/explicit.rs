@@ -167,7 +167,7 @@ impl Integrator for Euler {
         model.keep_in_range(&mut next.species, time, (RANGE_SLACK, RANGE_SLACK))?;
         workspace.project(&mut next)?;
         let mut report = StepReport { length: step, ..StepReport::default() };
-        report.relaxation.residual = workspace.residual_to_tell(&next)?;
+        report.relaxation.residual = workspace.reported_residual(&next)?;
         *state = next;
         Ok(report)
     }

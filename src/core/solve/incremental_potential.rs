@@ -85,7 +85,7 @@ pub(super) struct Stepping {
 }
 
 /// Where a step led.
-pub(super) struct Moved {
+pub(super) struct StepOutcome {
     /// The shape at its end.
     pub(super) x: Vec<Vec3>,
     /// The same by a method of lower order.
@@ -152,7 +152,7 @@ impl Motion {
         (start, until): (f64, f64),
         route: &Route<'_>,
         by: &Stepping,
-    ) -> Result<Moved> {
+    ) -> Result<StepOutcome> {
         let _scope = counters::part(workspace.model.tally(), counters::MOTION);
         let step = until - start;
         if let Some(last) = self.last.take().filter(|last| last.time == start) {
@@ -178,7 +178,7 @@ impl Motion {
             done.add(&half);
             if !stage.rises(workspace, &next)? {
                 self.last = Some(Last::new(until, A * step, pull, &next.x));
-                return Ok(Moved { x: next.x.into(), coarse, done });
+                return Ok(StepOutcome { x: next.x.into(), coarse, done });
             }
             rough = Some(next.x.into());
         }
@@ -192,7 +192,7 @@ impl Motion {
             extrapolated(&next.x, led.as_deref().unwrap_or(&from.x), 0.5)
         });
         self.last = Some(Last::new(until, step, pull, &next.x));
-        Ok(Moved { x: next.x.into(), coarse, done })
+        Ok(StepOutcome { x: next.x.into(), coarse, done })
     }
 
     /// Solves the last stage once more for `next`, whose species are no longer those that it was solved

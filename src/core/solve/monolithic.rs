@@ -166,7 +166,7 @@ impl Monolithic {
         let unknowns = coupled.layout().unknowns();
         let displacements = coupled.layout().mechanical() > 0;
         if self.linear.of(unknowns, displacements) == LinearChoice::Ilu {
-            coupled.solved_incompletely();
+            coupled.use_incomplete_factor();
         }
         let start = begin(&mut coupled);
         let options = Options {
@@ -238,7 +238,7 @@ impl Monolithic {
         }
         let mut report = StepReport { length: next.time - state.time, ..StepReport::default() };
         if self.part != Part::Chemistry {
-            report.relaxation.residual = workspace.residual_to_tell(&next)?;
+            report.relaxation.residual = workspace.reported_residual(&next)?;
         }
         state.clone_from(&next);
         *at = Some(next);
@@ -274,7 +274,7 @@ impl Integrator for Monolithic {
         if workspace.model.storage().chemistry == 0.0 {
             let tolerance = (self.rtol, self.atol);
             self.steady.solve(workspace, state, tolerance, Leap::Allowed)?;
-            done.residual = workspace.residual_to_tell(state)?;
+            done.residual = workspace.reported_residual(state)?;
         }
         Ok(done)
     }

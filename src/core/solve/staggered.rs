@@ -263,7 +263,7 @@ impl Staggered {
             next.x = moved.x.into();
             Some(moved.coarse)
         };
-        done.residual = workspace.residual_to_tell(next)?;
+        done.residual = workspace.reported_residual(next)?;
         Ok(coarse)
     }
 
@@ -456,7 +456,7 @@ impl Staggered {
                 // change, no more than the method itself; stiff ones are to be brought along.
                 predicted.x = coarse.into();
                 report.relaxation.add(&self.motion.correct(workspace, &mut next)?);
-                report.relaxation.residual = workspace.residual_to_tell(&next)?;
+                report.relaxation.residual = workspace.reported_residual(&next)?;
             }
             None => {
                 self.follow_shape(workspace, &predicted, &mut next, &mut report.relaxation)?;

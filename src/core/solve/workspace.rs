@@ -199,10 +199,10 @@ impl Workspace {
     }
 
     /// A step begins.
-    pub fn mark(&mut self) {
+    pub fn begin_step(&mut self) {
         self.floating.forget();
         if let Some(relaxer) = &mut self.relaxer {
-            relaxer.equilibrium.mark();
+            relaxer.equilibrium.begin_step();
         }
     }
 
@@ -236,7 +236,7 @@ impl Workspace {
     ///
     /// # Errors
     /// If the model has no value there.
-    pub(super) fn residual_to_tell(&mut self, state: &State) -> Result<f64> {
+    pub(super) fn reported_residual(&mut self, state: &State) -> Result<f64> {
         let model = Arc::clone(&self.model);
         model.tally().uncounted(|| Ok(self.at(state).residual()?))
     }

@@ -160,7 +160,7 @@ fn of_laws(
     // A start without values is refused elsewhere.
     let signals = at.signals().ok()?.clone();
     let species: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
-    chemistry.look(&species, &signals, |kinetics, batch| {
+    chemistry.with_inputs(&species, &signals, |kinetics, batch| {
         let known = kinetics.breakpoints(batch, until, times);
         let name = kinetics.descriptor().title();
         match sampled(until, |times| rates_at(kinetics, batch, times)) {

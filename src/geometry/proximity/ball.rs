@@ -23,7 +23,7 @@ impl Ball {
 
     /// A lower bound of the distance of what two balls hold, at all times of the motion.
     #[inline]
-    pub(super) fn apart(&self, other: &Self) -> f64 {
+    pub(super) fn min_distance(&self, other: &Self) -> f64 {
         let moves = (self.drift - other.drift).norm() + self.spread + other.spread;
         (self.centre - other.centre).norm() - self.radius - other.radius - moves
     }
@@ -40,7 +40,7 @@ impl Ball {
 
     /// An upper bound of the distance of what two balls hold that do not move.
     #[inline]
-    pub(super) fn together(&self, other: &Self) -> f64 {
+    pub(super) fn max_distance(&self, other: &Self) -> f64 {
         (self.centre - other.centre).norm() + self.radius + other.radius
     }
 }

@@ -14,7 +14,7 @@ use rumple_sheet::Sheet;
 
 use super::clusters::Cluster;
 use super::deformation::{Bound, Deformation, Gradient, change};
-use super::neighbours::{MAX_APPROACH_RATE, Moved, Neighbours};
+use super::neighbours::{ClusterMotion, MAX_APPROACH_RATE, Neighbours};
 use super::pairs::{Pair, Range};
 
 /// Up to this share of all clusters are asked alone.
@@ -134,7 +134,7 @@ impl List {
     }
 
     /// Whether it holds all pairs that may be within their reach at `x`.
-    pub(super) fn serves(
+    pub(super) fn is_valid_at(
         &mut self,
         on: (&Sheet, &[Cluster]),
         x: &[Vec3],
@@ -144,7 +144,7 @@ impl List {
     }
 
     /// Whether it serves on the whole step from a shape at which it serves; `to` is taken over then.
-    pub(super) fn serves_on(
+    pub(super) fn is_valid_on_step(
         &mut self,
         on: (&Sheet, &[Cluster]),
         (from, to): (&[Vec3], &mut Vec<Vec3>),
@@ -161,7 +161,7 @@ impl List {
 
     /// Whether `x` is on the way of the last step on which it serves.
     #[cfg(test)]
-    pub(super) fn passes(&self, x: &[Vec3]) -> bool {
+    pub(super) fn is_on_last_step(&self, x: &[Vec3]) -> bool {
         self.way.leads_through(x, self.margin)
     }
 
@@ -175,7 +175,7 @@ impl List {
         }
         let clusters = on.1;
         let moved = |v: u32| x[v as usize] - self.at[v as usize];
-        let near = self.neighbours.room(clusters, &moved) - self.margin;
+        let near = self.neighbours.remaining_displacement(clusters, &moved) - self.margin;
         let mut seen = self.seen.take().unwrap_or_default();
         seen.rooms.resize(clusters.len(), 0.0);
         parallel::fill(&mut seen.rooms, |k| self.room(on, k, x, deformation));
@@ -211,10 +211,10 @@ impl List {
         // What clusters have moved since is taken off, and room is asked for where nothing is left.
         let left = rooms.iter().zip(all).map(|(room, moved)| room - moved.spread);
         let (mut left, mut near) =
-            (left.collect::<Vec<f64>>(), near - Moved::farthest(all) / MAX_APPROACH_RATE);
+            (left.collect::<Vec<f64>>(), near - ClusterMotion::farthest(all) / MAX_APPROACH_RATE);
         if !(near > 0.0) {
             let moved = |v: u32| x[v as usize] - self.at[v as usize];
-            near = self.neighbours.room(clusters, &moved) - self.margin;
+            near = self.neighbours.remaining_displacement(clusters, &moved) - self.margin;
         }
         doubtful.iter().for_each(|k| left[*k] = self.room(on, *k, x, deformation));
         let serves = near >= 0.0 && doubtful.into_iter().all(|k| left[k] >= 0.0);

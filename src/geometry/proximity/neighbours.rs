@@ -24,7 +24,7 @@ pub(super) struct Neighbours {
     /// How much nearer features of others may come until there are pairs.
     unlisted: f64,
     /// Memory of how clusters have moved.
-    moved: Vec<Moved>,
+    moved: Vec<ClusterMotion>,
 }
 
 /// A cluster near another.
@@ -48,12 +48,12 @@ enum Pairs {
 
 /// How the corners of a cluster have moved: the displacement of the middle one, and the largest deviation from it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Moved {
+pub(super) struct ClusterMotion {
     middle: Vec3,
     pub(super) spread: f64,
 }
 
-impl Moved {
+impl ClusterMotion {
     /// Of one cluster.
     pub(super) fn of(cluster: &Cluster, moved: &impl Fn(u32) -> Vec3) -> Self {
         let middle = moved(cluster.middle);
@@ -134,7 +134,7 @@ impl Neighbours {
                 let relative = d.map_or(0.0, |_| ours.moves.span(&theirs.moves));
                 let gap = ours.now.gap(&theirs.now) - relative;
                 let gap = gap.max(ours.swept.gap(&theirs.swept));
-                let room = limit.room(gap, own.span(other));
+                let room = limit.excess_distance(gap, own.span(other));
                 if room <= beyond {
                     let pairs = if room <= 0.0 { Pairs::Unknown } else { Pairs::None };
                     found.push(Neighbour {
@@ -162,21 +162,21 @@ impl Neighbours {
         &mut self,
         clusters: &[Cluster],
         moved: &(impl Fn(u32) -> Vec3 + Sync),
-    ) -> &[Moved] {
-        Moved::all(clusters, moved, &mut self.moved);
+    ) -> &[ClusterMotion] {
+        ClusterMotion::all(clusters, moved, &mut self.moved);
         &self.moved
     }
 
     /// How much further every vertex may move, now that vertices have `moved`, until the pairs may not be all there are; less
     /// than 0 where they are not.
-    pub(super) fn room(
+    pub(super) fn remaining_displacement(
         &mut self,
         clusters: &[Cluster],
         moved: &(impl Fn(u32) -> Vec3 + Sync),
     ) -> f64 {
         self.moved(clusters, moved);
         let (all, listed) = (&self.moved, &self.of);
-        let (common, far) = (Moved::common(all), 0.5 * self.unlisted);
+        let (common, far) = (ClusterMotion::common(all), 0.5 * self.unlisted);
         let excess = |k: usize| {
             let far = all[k].approach(&common) - far;
             let beyond =
@@ -195,7 +195,7 @@ impl Neighbours {
         moved: &(impl Fn(u32) -> Vec3 + Sync),
     ) {
         let mut all = Vec::new();
-        Moved::all(clusters, moved, &mut all);
+        ClusterMotion::all(clusters, moved, &mut all);
         parallel::update(&mut self.of, |k, near| {
             for other in near.iter_mut().filter(|other| !matches!(other.pairs, Pairs::None)) {
                 let old = &before.of[k];

@@ -143,7 +143,8 @@ impl Proximity {
         };
         let least = |pairs: &[Pair]| -parallel::max(pairs.len(), |k| -share(&pairs[k]));
         let on_sheet = (sheet, self.clusters.as_slice());
-        let serves = |list: &mut List| list.serves_on(on_sheet, (x, &mut end), &self.deformation);
+        let serves =
+            |list: &mut List| list.is_valid_on_step(on_sheet, (x, &mut end), &self.deformation);
         let blocked = match self.list.as_mut().is_some_and(serves) {
             true => self.list.as_ref().map_or(1.0, |list| least(&list.pairs)),
             false => least(&self.on_path(sheet, (x, direction), &end, range)),
@@ -156,7 +157,7 @@ impl Proximity {
     fn listed(&mut self, sheet: &Sheet, x: &[Vec3], range: &Range) -> &List {
         let mut before = self.list.take().filter(|list| list.range == *range);
         let on_sheet = (sheet, self.clusters.as_slice());
-        let serves = |list: &mut List| list.serves(on_sheet, x, &self.deformation);
+        let serves = |list: &mut List| list.is_valid_at(on_sheet, x, &self.deformation);
         let list = match before.as_mut().is_some_and(serves) {
             true => before.take(),
             false => None,

@@ -36,7 +36,7 @@ impl Limit<'_> {
     }
 
     /// By how much features of two clusters, at least `gap` apart and at rest at most `span`, are too far apart.
-    pub(super) fn room(&self, gap: f64, span: f64) -> f64 {
+    pub(super) fn excess_distance(&self, gap: f64, span: f64) -> f64 {
         let of = |kind| self.range.at(kind, span);
         gap - self.slack - self.share * of(PairKind::PointTriangle).max(of(PairKind::EdgeEdge))
     }
@@ -122,7 +122,9 @@ impl<K: Fn(PairKind, &[u32; 4]) -> Option<f64> + Sync> PairSearch<'_, K> {
         ball: &Ball,
     ) -> impl Iterator<Item = &'f Feature<M>> {
         let limit = self.limit;
-        features.iter().filter(move |f| limit.holds(kind, f.now.apart(ball), || f64::INFINITY))
+        features
+            .iter()
+            .filter(move |f| limit.holds(kind, f.now.min_distance(ball), || f64::INFINITY))
     }
 
     fn points(
@@ -161,7 +163,9 @@ impl<K: Fn(PairKind, &[u32; 4]) -> Option<f64> + Sync> PairSearch<'_, K> {
         other: &Feature<N>,
     ) -> bool {
         one.now.comes_within(&other.now, self.limit.of(kind))
-            && self.limit.holds(kind, one.now.apart(&other.now), || one.rest.together(&other.rest))
+            && self.limit.holds(kind, one.now.min_distance(&other.now), || {
+                one.rest.max_distance(&other.rest)
+            })
     }
 
     fn offer(&self, kind: PairKind, features: [u32; 2], corners: [u32; 4], found: &mut Vec<Pair>) {

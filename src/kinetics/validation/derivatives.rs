@@ -73,7 +73,7 @@ pub(super) struct Compared {
 impl Compared {
     /// Inspects one derivative, an entry of a quantity, at all points; `scale` is the output over the input's typical
     /// magnitude.
-    fn look(
+    fn compare(
         &mut self,
         given: &[f64],
         sides: &[&[[f64; STEP_SCALES]]; 2],
@@ -194,7 +194,7 @@ pub(super) fn compare(
             let sides = [&sides[0][of.clone()], &sides[1][of]];
             let scale = |point: usize| values.column(output)[point].abs() / range.typical;
             let entry = output * inputs + input;
-            found.look(given.column(entry), &sides, scale, (quantity, entry));
+            found.compare(given.column(entry), &sides, scale, (quantity, entry));
         }
     }
     Ok(found)

@@ -40,7 +40,7 @@ struct Axis {
 }
 
 /// Looks along every input; normals, which are of length 1 together, are left as they are.
-pub(super) fn look(kinetics: &dyn Kinetics, fields: &[Vec<f64>], seed: u64) -> Check {
+pub(super) fn check(kinetics: &dyn Kinetics, fields: &[Vec<f64>], seed: u64) -> Check {
     let descriptor = kinetics.descriptor();
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut lines = 0;

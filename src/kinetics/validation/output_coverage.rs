@@ -12,16 +12,16 @@ pub(super) fn check(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<(), Ki
     let given = |quantity: &Quantity| quantity.is_given(law) && *quantity != Quantity::Observables;
     for quantity in Quantity::ALL.into_iter().filter(given) {
         let batch = &batch.of(quantity);
-        look(kinetics, quantity, batch, false)?;
+        check_quantity(kinetics, quantity, batch, false)?;
         if quantity.has_partials(law) {
-            look(kinetics, quantity, batch, true)?;
+            check_quantity(kinetics, quantity, batch, true)?;
         }
     }
     Ok(())
 }
 
 /// Evaluates a quantity, with partial derivatives or without.
-pub(super) fn look(
+pub(super) fn check_quantity(
     kinetics: &dyn Kinetics,
     quantity: Quantity,
     batch: &Batch<'_>,

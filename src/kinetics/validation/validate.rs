@@ -81,7 +81,7 @@ pub fn validate(
     run("writes only where it may", &|| checks.coverage());
     run("other parameters", &|| other::uniform(kinetics, make, samples, seed));
     run("parameters over the sheet", &|| other::over_the_sheet(kinetics, make, few, seed));
-    run("narrow ranges", &|| narrow_ranges::look(kinetics, fields, seed));
+    run("narrow ranges", &|| narrow_ranges::check(kinetics, fields, seed));
 }
 
 fn good(text: impl Into<String>) -> Check {
@@ -152,7 +152,7 @@ impl<'a> Checks<'a> {
     fn coverage(&self) -> Check {
         self.few.with(true, |batch| output_coverage::check(self.kinetics, batch))?;
         self.observing(SINGLE_CALL_POINTS).with(true, |batch| {
-            output_coverage::look(self.kinetics, Quantity::Observables, batch, false)
+            output_coverage::check_quantity(self.kinetics, Quantity::Observables, batch, false)
         })?;
         good(format!("{SINGLE_CALL_POINTS} points, inputs unchanged"))
     }

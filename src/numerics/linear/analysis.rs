@@ -149,7 +149,7 @@ pub(super) fn unpack<T: Precision>(axes: usize, from: &[T], scale: f64, v: &mut 
 }
 
 /// The error for memory that is not there.
-pub(super) fn no_memory(what: &str, unknowns: usize) -> LinearError {
+pub(super) fn out_of_memory(what: &str, unknowns: usize) -> LinearError {
     LinearError::new(format!("not enough memory to {what} {unknowns} unknowns"))
 }
 

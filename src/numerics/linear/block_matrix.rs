@@ -190,7 +190,7 @@ impl BlockMatrix {
         self.value.clone_from(&other.value);
         for i in 0..self.pattern.rows() {
             for axis in 0..self.pattern.axes() {
-                self.stiffen(i, axis, shift(i));
+                self.add_to_diagonal(i, axis, shift(i));
             }
         }
     }
@@ -299,7 +299,7 @@ impl BlockMatrix {
     }
 
     /// Adds `stiffness` to one diagonal entry.
-    pub fn stiffen(&mut self, vertex: usize, axis: usize, stiffness: f64) {
+    pub fn add_to_diagonal(&mut self, vertex: usize, axis: usize, stiffness: f64) {
         let place = self.pattern.start[vertex];
         *self.values_mut().entry(place, (axis, axis)) += stiffness;
     }

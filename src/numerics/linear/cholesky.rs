@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use super::multifrontal::{Factorisation, Rooms};
+use super::multifrontal::{Factorisation, FrontWorkspace};
 use super::substitution::{Substitution, workspace};
 use super::supernodes::Supernodes;
 use super::{BlockMatrix, BlockPattern, LinearError, Precision};
@@ -20,7 +20,7 @@ pub struct NotPositive;
 pub struct BlockCholesky<T: Precision = f64> {
     tree: Supernodes,
     factor: Vec<T>,
-    rooms: Rooms<T>,
+    rooms: FrontWorkspace<T>,
     rhs: Vec<T>,
     workspace: Vec<T>,
     /// What the matrix was divided by.
@@ -37,7 +37,7 @@ impl<T: Precision> BlockCholesky<T> {
         let (size, n) = (tree.values_before(tree.count()), tree.unknowns());
         Ok(Self {
             factor: vec![T::of(0.0); size],
-            rooms: Rooms::new(&tree),
+            rooms: FrontWorkspace::new(&tree),
             rhs: vec![T::of(0.0); n],
             workspace: vec![T::of(0.0); workspace(&tree)],
             unit: 1.0,
@@ -93,13 +93,13 @@ impl<T: Precision> BlockCholesky<T> {
 /// of a solve (`cargo bench --bench mechanics`). A method that corrects itself (quasi-Newton,
 /// conjugate gradients) does not mind until the matrix is worse conditioned than single precision
 /// can hold.
-pub struct FrugalCholesky {
+pub struct MixedPrecisionCholesky {
     pattern: Arc<BlockPattern>,
     single: Option<BlockCholesky<f32>>,
     double: Option<BlockCholesky<f64>>,
 }
 
-impl FrugalCholesky {
+impl MixedPrecisionCholesky {
     /// Orders and analyses `pattern`.
     ///
     /// # Errors
@@ -109,7 +109,7 @@ impl FrugalCholesky {
         Ok(Self { pattern, single, double: None })
     }
 
-    /// As [`FrugalCholesky::new`], in double precision from the start.
+    /// As [`MixedPrecisionCholesky::new`], in double precision from the start.
     ///
     /// # Errors
     /// As [`BlockCholesky::new`].

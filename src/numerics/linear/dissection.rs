@@ -8,7 +8,7 @@ use feral_metis::{CscPattern, metis_order};
 
 use super::BlockPattern;
 use super::LinearError;
-use super::lists::Lists;
+use super::lists::CompressedLists;
 use crate::num::index;
 
 /// Stands for no vertex.
@@ -35,7 +35,7 @@ impl Graph {
                 neighbours.flat_map(move |j| [(i, j), (j, i)])
             })
         };
-        let Lists { start, item } = Lists::sorted(n, pairs);
+        let CompressedLists { start, item } = CompressedLists::sorted(n, pairs);
         let narrow = |k: usize| i32::try_from(k).map_err(|_| no_order(n));
         let neighbour = item.into_iter().map(narrow).collect::<Result<_, _>>()?;
         let start = start.into_iter().map(narrow).collect::<Result<_, _>>()?;

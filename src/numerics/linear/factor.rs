@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::LinearError;
-use super::{Displacements, IluGmres, ShiftedJacobian, SmallLu, Sparse, SparseLu, TwoFields};
+use super::{Displacements, FieldSplit, IluGmres, ShiftedJacobian, SmallLu, Sparse, SparseLu};
 use crate::tally::Tally;
 
 /// How linear systems are solved.
@@ -49,7 +49,7 @@ pub enum Factor {
     /// GMRES with an incomplete factor.
     Ilu(Box<IluGmres>),
     /// GMRES with factors for two fields.
-    Blocks(Box<TwoFields>),
+    Blocks(Box<FieldSplit>),
 }
 
 impl Factor {
@@ -66,7 +66,7 @@ impl Factor {
         let choice = choice.of(matrix.columns(), displacements.is_some());
         Ok(match (choice, displacements) {
             (LinearChoice::Blocks, Some(displacements)) => {
-                Self::Blocks(Box::new(TwoFields::new(matrix, displacements)?))
+                Self::Blocks(Box::new(FieldSplit::new(matrix, displacements)?))
             }
             (LinearChoice::Lu, _) if matrix.rows() <= SmallLu::MAX_ROWS => {
                 Self::Small(SmallLu::default())

@@ -17,7 +17,7 @@ use super::gmres::Krylov;
 use super::incomplete_lu::IncompleteLu;
 use super::rows::ScaledRows;
 use super::shifted::ShiftedJacobian;
-use super::{Block, BlockLdlt, BlockMatrix, BlockPattern, FrugalCholesky, Sparse};
+use super::{Block, BlockLdlt, BlockMatrix, BlockPattern, MixedPrecisionCholesky, Sparse};
 use crate::Vec3;
 use crate::num::{index, real};
 use crate::parallel;
@@ -37,13 +37,13 @@ pub struct Displacements {
 }
 
 /// The factors and where their entries come from.
-pub struct TwoFields {
+pub struct FieldSplit {
     place: Vec<[u32; 3]>,
     /// Vertex and axis of every displacement.
     of: Vec<(u32, u8)>,
     rows: ScaledRows,
     shape: BlockMatrix,
-    positive: FrugalCholesky,
+    positive: MixedPrecisionCholesky,
     /// Of the last matrix that was not positive; none before the first.
     indefinite: Option<BlockLdlt>,
     /// Whether the last matrix has the Cholesky factor, and whether the next is to be tried with it.
@@ -85,7 +85,7 @@ fn block(
     block
 }
 
-impl TwoFields {
+impl FieldSplit {
     /// For matrices with the pattern of this one.
     ///
     /// # Errors
@@ -110,7 +110,7 @@ impl TwoFields {
             of,
             rows: ScaledRows::new(matrix.pattern()),
             shape: BlockMatrix::zeros(Arc::clone(blocks)),
-            positive: FrugalCholesky::new(Arc::clone(blocks))?,
+            positive: MixedPrecisionCholesky::new(Arc::clone(blocks))?,
             indefinite: None,
             is_positive: (true, true),
             rest,

@@ -18,7 +18,7 @@ use faer::sparse::linalg::cholesky::{
 use faer::{Auto, Conj, MatMut, Par, Side, Spec};
 
 use super::LinearError;
-use super::analysis::{Analysis, no_memory, pack, unpack};
+use super::analysis::{Analysis, out_of_memory, pack, unpack};
 use super::{BlockMatrix, BlockPattern};
 use crate::Vec3;
 
@@ -61,9 +61,9 @@ impl BlockLdlt {
         let factor_memory = MemBuffer::try_new(
             symbolic.factorize_numeric_intranode_lblt_scratch::<f64>(Par::Seq, pivoting()),
         )
-        .map_err(|_| no_memory("factorise", n))?;
+        .map_err(|_| out_of_memory("factorise", n))?;
         let solve_memory = MemBuffer::try_new(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq))
-            .map_err(|_| no_memory("solve for", n))?;
+            .map_err(|_| out_of_memory("solve for", n))?;
         Ok(Self {
             factor: vec![0.0; symbolic.len_val()],
             off_diagonal: vec![0.0; n],

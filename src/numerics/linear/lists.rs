@@ -1,12 +1,12 @@
 //! Lists of unequal lengths, one after the other in one vector.
 
 /// The lists: that of number i is `item[start[i]..start[i + 1]]`.
-pub(super) struct Lists<T> {
+pub(super) struct CompressedLists<T> {
     pub(super) start: Vec<usize>,
     pub(super) item: Vec<T>,
 }
 
-impl<T> Lists<T> {
+impl<T> CompressedLists<T> {
     /// None as yet.
     pub(super) fn new() -> Self {
         Self { start: vec![0], item: Vec::new() }
@@ -24,7 +24,7 @@ impl<T> Lists<T> {
     }
 }
 
-impl<T: Copy> Lists<T> {
+impl<T: Copy> CompressedLists<T> {
     /// `count` lists of the `pairs` (number of its list, item), each in the order of the pairs.
     pub(super) fn sorted<I>(count: usize, pairs: impl Fn() -> I) -> Self
     where
@@ -43,7 +43,7 @@ impl<T: Copy> Lists<T> {
     }
 }
 
-impl Lists<u32> {
+impl CompressedLists<u32> {
     /// Adds the numbers in `scratch`, ascending, each once, and empties it.
     pub(super) fn push_set(&mut self, scratch: &mut Vec<u32>) {
         scratch.sort_unstable();

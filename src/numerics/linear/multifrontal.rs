@@ -14,13 +14,13 @@ const STRIP: usize = 64;
 
 /// Rooms that fronts are put together in, kept from one factorisation to the next: nothing is allocated
 /// again.
-pub(super) struct Rooms<T> {
+pub(super) struct FrontWorkspace<T> {
     free: Mutex<Vec<Vec<T>>>,
     /// What every supernode left whose parent is yet to come, if it is the last of its task.
     left: Vec<RwLock<Vec<T>>>,
 }
 
-impl<T: Precision> Rooms<T> {
+impl<T: Precision> FrontWorkspace<T> {
     pub(super) fn new(tree: &Supernodes) -> Self {
         let left = (0..tree.count()).map(|_| RwLock::new(Vec::new())).collect();
         Self { free: Mutex::new(Vec::new()), left }
@@ -53,7 +53,7 @@ impl<T: Precision> Rooms<T> {
         *self.left[s].write().unwrap_or_else(PoisonError::into_inner) = room;
     }
 
-    fn look(&self, s: usize) -> RwLockReadGuard<'_, Vec<T>> {
+    fn read(&self, s: usize) -> RwLockReadGuard<'_, Vec<T>> {
         self.left[s].read().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -72,7 +72,7 @@ pub(super) struct Factorisation<'a, T: Precision> {
     pub(super) matrix: &'a BlockMatrix,
     /// What the matrix is multiplied by.
     pub(super) scale: f64,
-    pub(super) rooms: &'a Rooms<T>,
+    pub(super) rooms: &'a FrontWorkspace<T>,
 }
 
 impl<T: Precision> Factorisation<'_, T> {
@@ -104,7 +104,7 @@ impl<T: Precision> Factorisation<'_, T> {
     fn subtree(&self, s: usize, values: &mut [T]) -> Result<(), NotPositive> {
         let (tree, rooms) = (self.tree, self.rooms);
         if tree.is_serial(s) {
-            let mut room = rooms.take(tree.room(s));
+            let mut room = rooms.take(tree.workspace_size(s));
             let result = self.serial(s, values, &mut room);
             rooms.leave(s, room);
             return result;
@@ -136,7 +136,7 @@ impl<T: Precision> Factorisation<'_, T> {
         numbers.par_chunks_mut(step).enumerate().for_each(|(k, numbers)| {
             let strip = Strip { begin: strip.begin + STRIP * k, ..strip };
             for &child in self.tree.children(s) {
-                let left = self.rooms.look(child as usize);
+                let left = self.rooms.read(child as usize);
                 strip.add_child(self.tree, child as usize, &left, numbers);
             }
         });

@@ -16,7 +16,7 @@ use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
 use super::aggregates::Aggregates;
-use super::lists::Lists;
+use super::lists::CompressedLists;
 use super::symmetric_rows::{FullRowPattern, split};
 use super::{Block, BlockMatrix, BlockPattern};
 use crate::Vec3;
@@ -36,17 +36,17 @@ type Pairs<const M: usize> = SMatrix<f64, M, M>;
 /// The prolongator of one level.
 pub(super) struct Prolongator<const N: usize, const M: usize> {
     aggregates: Aggregates,
-    members: Lists<u32>,
+    members: CompressedLists<u32>,
     /// Aggregates that a node depends on, and the blocks of P.
-    row: Lists<u32>,
+    row: CompressedLists<u32>,
     value: Vec<SMatrix<f32, 3, M>>,
     /// Nodes that depend on an aggregate, and where in `value`.
-    support: Lists<u32>,
+    support: CompressedLists<u32>,
     entry: Vec<u32>,
     /// Nodes with a neighbour in the support.
-    reach: Lists<u32>,
+    reach: CompressedLists<u32>,
     /// Aggregates J ≥ I coupled to aggregate I in the coarse matrix.
-    coupled: Lists<u32>,
+    coupled: CompressedLists<u32>,
 }
 
 impl<const N: usize, const M: usize> Prolongator<N, M> {
@@ -54,15 +54,16 @@ impl<const N: usize, const M: usize> Prolongator<N, M> {
     pub(super) fn new(rows: &FullRowPattern) -> Self {
         let aggregates = Aggregates::new(rows);
         let mut scratch = Vec::new();
-        let mut row = Lists::new();
+        let mut row = CompressedLists::new();
         for i in 0..rows.len() {
             scratch.extend(rows.row(i).iter().map(|&j| aggregates.of[j as usize]));
             row.push_set(&mut scratch);
         }
         let (support, entry) = transposed(&row, aggregates.count);
-        let own = Lists { start: (0..=rows.len()).collect(), item: aggregates.of.clone() };
+        let own =
+            CompressedLists { start: (0..=rows.len()).collect(), item: aggregates.of.clone() };
         let (members, _) = transposed(&own, aggregates.count);
-        let (mut reach, mut coupled) = (Lists::new(), Lists::new());
+        let (mut reach, mut coupled) = (CompressedLists::new(), CompressedLists::new());
         for a in 0..aggregates.count {
             scratch.extend(support.of(a).iter().flat_map(|&i| rows.row(i as usize)));
             reach.push_set(&mut scratch);
@@ -251,15 +252,15 @@ impl<const N: usize, const M: usize> Prolongator<N, M> {
 }
 
 /// For every number below `count` the lists it is in, and where in all items.
-fn transposed(lists: &Lists<u32>, count: usize) -> (Lists<u32>, Vec<u32>) {
+fn transposed(lists: &CompressedLists<u32>, count: usize) -> (CompressedLists<u32>, Vec<u32>) {
     let all = || {
         let of = |i| lists.of(i).iter().zip(lists.start[i]..);
         (0..lists.start.len() - 1)
             .flat_map(move |i| of(i).map(move |(&a, k)| (a as usize, (index(i), index(k)))))
     };
-    let Lists { start, item } = Lists::sorted(count, all);
+    let CompressedLists { start, item } = CompressedLists::sorted(count, all);
     let (item, entry) = item.into_iter().unzip();
-    (Lists { start, item }, entry)
+    (CompressedLists { start, item }, entry)
 }
 
 /// T and R with `Tᵀ gram T = 1` and `R = T⁻¹`, upper triangular, by Cholesky; dependent columns are

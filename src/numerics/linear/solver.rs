@@ -7,7 +7,7 @@
 //! Equilibrium methods and stability know this trait only. A crate of a user brings another solver by one implementation and one
 //! registration (`rumple::register_linear_solver!`).
 
-use super::cholesky::{BlockCholesky, FrugalCholesky, NotPositive};
+use super::cholesky::{BlockCholesky, MixedPrecisionCholesky, NotPositive};
 use super::{BlockLdlt, BlockMatrix, Multigrid};
 use crate::Vec3;
 use crate::record::{Malformed, Record};
@@ -112,7 +112,7 @@ impl LinearSolver for BlockLdlt {
     }
 }
 
-impl LinearSolver for FrugalCholesky {
+impl LinearSolver for MixedPrecisionCholesky {
     fn factorise(
         &mut self,
         matrix: &BlockMatrix,

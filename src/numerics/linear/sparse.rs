@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::lists::Lists;
+use super::lists::CompressedLists;
 use super::strips::{Block, Strips};
 use super::symmetric_rows::split;
 use crate::num::{index, single};
@@ -248,7 +248,7 @@ impl Sparse {
                 pattern.places(i).map(move |k| (pattern.column[k] as usize, (i, index(k))))
             })
         };
-        let Lists { start, item } = Lists::sorted(pattern.columns, entries);
+        let CompressedLists { start, item } = CompressedLists::sorted(pattern.columns, entries);
         let (row, place) = item.into_iter().unzip();
         (start, row, place)
     }

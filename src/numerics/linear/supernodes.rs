@@ -11,7 +11,7 @@
 //! tree is cut into tasks depends on the pattern alone.
 
 use super::dissection::{Elimination, Graph, NONE};
-use super::lists::Lists;
+use super::lists::CompressedLists;
 use super::panels::{fundamental, merged};
 use super::{BlockPattern, LinearError};
 use crate::num::{index, real};
@@ -53,15 +53,15 @@ pub(super) struct Supernodes {
     /// First position of every supernode.
     begin: Vec<usize>,
     /// Positions that it is coupled to, above its own, ascending.
-    rows: Lists<u32>,
+    rows: CompressedLists<u32>,
     /// Where these are in the front of the parent.
-    runs: Lists<Run>,
-    children: Lists<u32>,
+    runs: CompressedLists<Run>,
+    children: CompressedLists<u32>,
     roots: Vec<u32>,
     first: Vec<u32>,
     /// Where its panel begins among the numbers of the factor.
     value_start: Vec<usize>,
-    entries: Lists<Entry>,
+    entries: CompressedLists<Entry>,
     /// Whether its subtree is one task.
     serial: Vec<bool>,
     /// Numbers that F₂₂ takes, with those below it that are kept at the same time.
@@ -84,13 +84,13 @@ impl Supernodes {
             order: elimination.order,
             rank: elimination.rank,
             begin: groups.iter().map(|g| g.begin).collect(),
-            rows: Lists::new(),
-            runs: Lists::new(),
-            children: Lists::new(),
+            rows: CompressedLists::new(),
+            runs: CompressedLists::new(),
+            children: CompressedLists::new(),
             roots: Vec::new(),
             first: (0..count).map(index).collect(),
             value_start: vec![0],
-            entries: Lists::new(),
+            entries: CompressedLists::new(),
             serial: Vec::new(),
             room: vec![0; count],
         };
@@ -123,7 +123,8 @@ impl Supernodes {
             };
             self.runs.push(runs);
         }
-        self.children = Lists::sorted(count, || inner().map(|s| (parent[s] as usize, index(s))));
+        self.children =
+            CompressedLists::sorted(count, || inner().map(|s| (parent[s] as usize, index(s))));
         for s in inner() {
             let p = parent[s] as usize;
             self.first[p] = self.first[p].min(self.first[s]);
@@ -203,7 +204,7 @@ impl Supernodes {
             };
             (s, entry)
         };
-        self.entries = Lists::sorted(self.count(), || blocks.clone().map(entry));
+        self.entries = CompressedLists::sorted(self.count(), || blocks.clone().map(entry));
     }
 
     /// How many there are.
@@ -287,7 +288,7 @@ impl Supernodes {
     }
 
     /// Numbers that the rests of its subtree take in one task.
-    pub(super) fn room(&self, s: usize) -> usize {
+    pub(super) fn workspace_size(&self, s: usize) -> usize {
         self.room[s]
     }
 

@@ -9,7 +9,7 @@ use std::ops::Range;
 use nalgebra::{Matrix2, Matrix3, Vector2};
 use rayon::prelude::*;
 
-use super::lists::Lists;
+use super::lists::CompressedLists;
 use super::{Block, BlockMatrix, BlockPattern};
 use crate::Vec3;
 use crate::num::index;
@@ -35,7 +35,7 @@ impl FullRowPattern {
                 })
             })
         };
-        let Lists { start, item } = Lists::sorted(pattern.rows(), blocks);
+        let CompressedLists { start, item } = CompressedLists::sorted(pattern.rows(), blocks);
         let (column, place) = item.into_iter().unzip();
         Self { start, column, place }
     }

@@ -9,7 +9,7 @@ use diffsol::{
 };
 
 use super::error_norm::Grouping;
-use super::iteration_matrix::Combination;
+use super::iteration_matrix::IterationMatrix;
 use super::unknowns::Unknowns;
 use super::{Failure, OdeError};
 use crate::linear::{ShiftedJacobian, Sparse};
@@ -199,7 +199,7 @@ macro_rules! operator {
         impl Op for $name<'_> {
             type T = f64;
             type V = Unknowns;
-            type M = Combination;
+            type M = IterationMatrix;
             type C = Grouping;
 
             fn context(&self) -> &Grouping {
@@ -247,7 +247,7 @@ impl NonLinearOpJacobian for RightHandSide<'_> {
         }
     }
 
-    fn jacobian_inplace(&self, y: &Unknowns, time: f64, matrix: &mut Combination) {
+    fn jacobian_inplace(&self, y: &Unknowns, time: f64, matrix: &mut IterationMatrix) {
         let there = self.0.differentiate(y, time);
         matrix.set(&self.0.shared, [0.0, if there { 1.0 } else { f64::NAN }]);
     }
@@ -261,7 +261,7 @@ impl LinearOp for Mass<'_> {
         }
     }
 
-    fn matrix_inplace(&self, _: f64, matrix: &mut Combination) {
+    fn matrix_inplace(&self, _: f64, matrix: &mut IterationMatrix) {
         matrix.set(&self.0.shared, [1.0, 0.0]);
     }
 }
@@ -279,7 +279,7 @@ impl ConstantOp for Start<'_> {
 impl Op for Equations {
     type T = f64;
     type V = Unknowns;
-    type M = Combination;
+    type M = IterationMatrix;
     type C = Grouping;
 
     fn context(&self) -> &Grouping {
@@ -296,7 +296,7 @@ impl Op for Equations {
     }
 }
 
-type Unused<'a> = ParameterisedOp<'a, UnitCallable<Combination>>;
+type Unused<'a> = ParameterisedOp<'a, UnitCallable<IterationMatrix>>;
 
 impl<'a> OdeEquationsRef<'a> for Equations {
     type Mass = Mass<'a>;

@@ -19,7 +19,7 @@ use super::unknowns::Unknowns;
 /// `a M + b ∂F/∂y`. What diffsol does not ask of a matrix in the methods used here makes its factors NaN,
 /// which the linear solver refuses.
 #[derive(Debug, Clone)]
-pub(super) struct Combination {
+pub(super) struct IterationMatrix {
     size: [usize; 2],
     /// a and b.
     factors: [f64; 2],
@@ -28,7 +28,7 @@ pub(super) struct Combination {
     context: Grouping,
 }
 
-impl Combination {
+impl IterationMatrix {
     /// a and b.
     pub(super) fn factors(&self) -> [f64; 2] {
         self.factors
@@ -45,7 +45,7 @@ impl Combination {
     }
 }
 
-impl MatrixCommon for Combination {
+impl MatrixCommon for IterationMatrix {
     type V = Unknowns;
     type T = f64;
     type C = Grouping;
@@ -64,7 +64,7 @@ impl MatrixCommon for Combination {
     }
 }
 
-impl Mul<Scale<f64>> for Combination {
+impl Mul<Scale<f64>> for IterationMatrix {
     type Output = Self;
 
     fn mul(self, by: Scale<f64>) -> Self {
@@ -72,15 +72,15 @@ impl Mul<Scale<f64>> for Combination {
     }
 }
 
-impl Mul<Scale<f64>> for &Combination {
-    type Output = Combination;
+impl Mul<Scale<f64>> for &IterationMatrix {
+    type Output = IterationMatrix;
 
-    fn mul(self, by: Scale<f64>) -> Combination {
-        Combination { factors: self.factors.map(|factor| factor * by.value()), ..self.clone() }
+    fn mul(self, by: Scale<f64>) -> IterationMatrix {
+        IterationMatrix { factors: self.factors.map(|factor| factor * by.value()), ..self.clone() }
     }
 }
 
-impl Matrix for Combination {
+impl Matrix for IterationMatrix {
     type Sparsity = Dense<Self>;
     type SparsityRef<'a> = DenseRef<'a, Self>;
 

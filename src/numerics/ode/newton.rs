@@ -8,7 +8,7 @@ use diffsol_la::LinearSolver;
 
 use super::equations::Shared;
 use super::error_norm::Grouping;
-use super::iteration_matrix::Combination;
+use super::iteration_matrix::IterationMatrix;
 use super::unknowns::Unknowns;
 use super::{OdeError, Options, Result};
 use crate::linear::{Factor, LinearChoice, ShiftedJacobian};
@@ -16,7 +16,7 @@ use crate::tally::{Meter, Tally};
 
 /// Where a solver leaves its factor for the next one of the same pattern: ordering and symbolic
 /// analysis serve again, the numbers are new.
-pub(super) type Spare = Arc<Mutex<Option<Factor>>>;
+pub(super) type SharedFactor = Arc<Mutex<Option<Factor>>>;
 
 /// Below so many unknowns a solve costs no more than the clock.
 const UNTIMED_UNKNOWNS: usize = 24;
@@ -29,7 +29,7 @@ pub(super) struct NewtonSolver {
     shared: Option<Arc<Shared>>,
     /// The solver, or why there is none; made with the first matrix.
     factor: RefCell<Option<Result<Factor>>>,
-    spare: Spare,
+    spare: SharedFactor,
     /// Where its work is counted.
     tally: Tally,
     /// Of the factor and of the solutions.
@@ -46,7 +46,7 @@ impl Drop for NewtonSolver {
 
 impl NewtonSolver {
     /// A solver for Newton matrices of these equations.
-    pub(super) fn new(shared: &Arc<Shared>, options: &Arc<Options>, spare: Spare) -> Self {
+    pub(super) fn new(shared: &Arc<Shared>, options: &Arc<Options>, spare: SharedFactor) -> Self {
         let tally = options.tally.clone();
         let meters = Some([
             tally.meter("solver", "factors of coupled systems", &[]),
@@ -85,20 +85,22 @@ impl NewtonSolver {
     }
 }
 
-impl LinearSolver<Combination> for NewtonSolver {
-    fn set_sparsity<C: LaLinearOp<V = Unknowns, T = f64, M = Combination, C = Grouping>>(
+impl LinearSolver<IterationMatrix> for NewtonSolver {
+    fn set_sparsity<C: LaLinearOp<V = Unknowns, T = f64, M = IterationMatrix, C = Grouping>>(
         &mut self,
         _: &C,
     ) {
         self.factor = RefCell::default();
     }
 
-    fn set_linearisation<C: LaLinearOp<V = Unknowns, T = f64, M = Combination, C = Grouping>>(
+    fn set_linearisation<
+        C: LaLinearOp<V = Unknowns, T = f64, M = IterationMatrix, C = Grouping>,
+    >(
         &mut self,
         op: &C,
     ) {
         let Some(shared) = &self.shared else { return };
-        let mut matrix = Combination::zeros(op.nrows(), op.ncols(), op.context().clone());
+        let mut matrix = IterationMatrix::zeros(op.nrows(), op.ncols(), op.context().clone());
         op.matrix_inplace(&mut matrix);
         let factors = matrix.factors();
         // The Jacobian could not be evaluated: no time is lost on its factor.
@@ -114,7 +116,7 @@ impl LinearSolver<Combination> for NewtonSolver {
     fn solve_in_place(&self, x: &mut Unknowns) -> Result<(), LaError> {
         let x = x.inner_mut().as_mut_slice();
         let begin = |meter: &Meter| {
-            if x.len() <= UNTIMED_UNKNOWNS { meter.brief(0) } else { meter.scope(0) }
+            if x.len() <= UNTIMED_UNKNOWNS { meter.sampled_scope(0) } else { meter.scope(0) }
         };
         let _scope = self.meters.as_ref().map(|[_, solution]| begin(solution));
         match &mut *self.factor.borrow_mut() {

@@ -9,8 +9,8 @@ use diffsol::{
 };
 
 use super::equations::Equations;
-use super::iteration_matrix::Combination;
-use super::newton::{NewtonSolver, Spare};
+use super::iteration_matrix::IterationMatrix;
+use super::newton::{NewtonSolver, SharedFactor};
 use super::unknowns::Unknowns;
 use super::{Accept, OdeError, OdeMethod, Rejected, Result};
 use crate::linear::{Displacements, LinearChoice};
@@ -64,7 +64,7 @@ pub(super) fn problem(
     atol: Vec<f64>,
     options: &Options,
 ) -> Result<Problem> {
-    let made = OdeBuilder::<Combination>::new()
+    let made = OdeBuilder::<IterationMatrix>::new()
         .t0(time)
         .h0(options.span)
         .rtol(options.rtol)
@@ -117,7 +117,7 @@ pub(super) struct Stepper<'a> {
     /// None after a start that failed.
     method: Option<Method<'a>>,
     shortest: f64,
-    spare: Spare,
+    spare: SharedFactor,
     /// Time reached: the stop time itself where the solver has come within round-off of it.
     time: f64,
     /// Where the step under way has begun.
@@ -132,7 +132,7 @@ impl<'a> Stepper<'a> {
     pub(super) fn new(problem: &'a Problem, options: &Arc<Options>) -> Result<Self> {
         let (time, y) = (problem.t0, problem.eqn.init_vector());
         let first = Self::first_step(problem, options, options.span, time, &y)?;
-        let (shortest, spare) = (MIN_STEP_SHARE * first, Spare::default());
+        let (shortest, spare) = (MIN_STEP_SHARE * first, SharedFactor::default());
         let started = Self::start(problem, options, time, y, (first, shortest), &spare)?;
         problem.eqn.forget_start();
         let (method, options) = (Some(started), Arc::clone(options));
@@ -205,7 +205,7 @@ impl<'a> Stepper<'a> {
         time: f64,
         y: Unknowns,
         (step, shortest): (f64, f64),
-        spare: &Spare,
+        spare: &SharedFactor,
     ) -> Result<Method<'a>> {
         let dy = Self::slope(problem, options, time, &y)?;
         let refuse = |e: diffsol::DiffsolError| refusal(options.method, time, &e.to_string());

@@ -9,7 +9,7 @@ use crate::run::setup_cost::EffectContribution;
 use crate::scene::Scene;
 
 /// The effects whose contribution has something, by their names.
-pub(super) fn bringing(
+pub(super) fn contributing(
     scene: &Scene,
     simulation: &Simulation,
     what: impl Fn(&EffectContribution) -> bool,
@@ -38,9 +38,9 @@ pub(super) fn unknowns(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
         let axes = mechanics.pattern().axes();
         let fixed = mechanics.pins().iter().flat_map(|fixed| &fixed[..axes]);
         let fixed = fixed.filter(|fixed| **fixed).count();
-        let moving = bringing(scene, simulation, |b| b.energies > 0);
+        let moving = contributing(scene, simulation, |b| b.energies > 0);
         let mut why = format!("{} {} energies", listed(&moving), verb(&moving, "has", "have"));
-        let fixing = bringing(scene, simulation, |b| b.pins[0] > 0);
+        let fixing = contributing(scene, simulation, |b| b.pins[0] > 0);
         if !fixing.is_empty() {
             let verb = verb(&fixing, "fixes", "fix");
             why = format!("{why}; {} {verb} {fixed} directions", listed(&fixing));
@@ -80,7 +80,7 @@ pub(super) fn unknowns(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
     }
     for term in model.internal() {
         let what = format!("{} values of {}", term.count(model.sheet()), term.name());
-        let owners = bringing(scene, simulation, |b| b.internal > 0);
+        let owners = contributing(scene, simulation, |b| b.internal > 0);
         let why = format!(
             "because {} {} internal variables",
             listed(&owners),

@@ -9,7 +9,7 @@ use crate::solve::SolveError;
 
 /// Cause of a failure, where it is known.
 #[derive(Debug, Default)]
-pub(super) struct Blame {
+pub(super) struct FailureCause {
     /// A law, an effect or a species, in words.
     pub(super) causes: Vec<String>,
     /// A triangle.
@@ -22,7 +22,7 @@ pub(super) struct Blame {
     pub(super) is_named: bool,
 }
 
-impl Blame {
+impl FailureCause {
     /// Of `error`, where `simulation` stopped.
     pub(super) fn of(error: &Error, simulation: &mut Simulation) -> Self {
         let mut blame = Self::default();

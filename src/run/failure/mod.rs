@@ -24,7 +24,7 @@ use crate::model::State;
 use crate::output::{FailureFolder, ResultDirectory, atomic};
 use crate::scene::Scene;
 use crate::solve::{SolveError, diagnosis};
-use blame::Blame;
+use blame::FailureCause;
 
 /// `error` with its cause, where the state of `simulation` shows one that the error does not tell.
 pub(super) fn diagnosed(scene: &Scene, simulation: &mut Simulation, error: Error) -> Error {
@@ -37,7 +37,7 @@ pub(super) fn diagnosed(scene: &Scene, simulation: &mut Simulation, error: Error
     let too_long =
         scene.time.integrator.explicit_step().zip(limit).filter(|(step, limit)| step > limit);
     let seen = match too_long {
-        Some((step, limit)) => Some(diagnosis::too_long(step, limit)),
+        Some((step, limit)) => Some(diagnosis::explicit_limit_message(step, limit)),
         // Stretched without bound, the sheet also dilutes species ever faster.
         None => {
             let unbounded = diagnosis::unbounded(workspace, state).ok().flatten();
@@ -64,7 +64,7 @@ pub(super) fn write(
     (error, start): (&Error, Option<&State>),
 ) -> Result<PathBuf> {
     let folder = FailureFolder::begin(directory)?;
-    let blame = Blame::of(error, simulation);
+    let blame = FailureCause::of(error, simulation);
     let put = |name: &str, text: String| {
         atomic::replace(&folder.file(name).0, |writer| writer.write_all(text.as_bytes()))
     };

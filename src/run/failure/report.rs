@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::blame::Blame;
+use super::blame::FailureCause;
 use crate::Stepper;
 use crate::Vec3;
 use crate::kinetics::Location;
@@ -19,7 +19,7 @@ pub(super) fn of(
     scene: &Scene,
     simulation: &mut Simulation,
     error: &Error,
-    blame: &Blame,
+    blame: &FailureCause,
     files: (Option<&Path>, &Path),
 ) -> String {
     let mut text = String::from("# The run stopped\n\n");
@@ -50,7 +50,7 @@ fn facts(
     text: &mut String,
     scene: &Scene,
     simulation: &Simulation,
-    (blame, error): (&Blame, &Error),
+    (blame, error): (&FailureCause, &Error),
 ) {
     let State { time, step, x, .. } = simulation.state();
     head(text, &["", ""]);
@@ -76,7 +76,7 @@ fn facts(
 }
 
 /// The force of every effect at the vertex to blame.
-fn forces(text: &mut String, simulation: &mut Simulation, blame: &Blame) {
+fn forces(text: &mut String, simulation: &mut Simulation, blame: &FailureCause) {
     let Some(vertex) = blame.vertex.filter(|_| simulation.model().moves()) else { return };
     let stuck = simulation.stepper.workspace.stuck().cloned();
     let now = simulation.state().clone();
@@ -117,7 +117,7 @@ fn forces_at(
 }
 
 /// Value, rate and terms of every species at the point to blame.
-fn species_terms(text: &mut String, simulation: &mut Simulation, blame: &Blame) {
+fn species_terms(text: &mut String, simulation: &mut Simulation, blame: &FailureCause) {
     let model = Arc::clone(simulation.model());
     let (Some(chemistry), Some(point)) = (model.chemistry(), blame.point) else { return };
     let Stepper { workspace, state, .. } = &mut simulation.stepper;

@@ -93,7 +93,7 @@ impl Request {
 
 /// Message of a continuation in progress.
 #[derive(Debug, Clone, Copy)]
-pub enum News<'a> {
+pub enum FollowEvent<'a> {
     /// A fold or a bifurcation.
     Event(&'a str),
     /// A step.
@@ -102,7 +102,7 @@ pub enum News<'a> {
 
 /// What was found.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Found {
+pub struct FollowSummary {
     /// Points on all branches.
     pub points: usize,
     /// Branches.
@@ -231,13 +231,13 @@ impl Follow {
     pub fn run(
         &mut self,
         directory: &ResultDirectory,
-        listener: &mut dyn FnMut(News<'_>),
+        listener: &mut dyn FnMut(FollowEvent<'_>),
         interrupt: Interrupt,
-    ) -> Result<Found> {
+    ) -> Result<FollowSummary> {
         provenance::record(&self.scene, None, &self.simulation, directory)?;
         let control = Control::new(move || interrupt.requested(), |_| ());
         self.simulation.set_control(control.clone());
-        let mut found = Found::default();
+        let mut found = FollowSummary::default();
         let (family, settings) = (self.family(), self.settings(&self.simulation));
         let Self { request, scene, simulation, from, given, .. } = self;
         let (outcome, spent) = simulation.spend(|simulation| {

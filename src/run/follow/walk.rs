@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use super::record::Record;
-use super::{Found, News, Request};
+use super::{FollowEvent, FollowSummary, Request};
 use crate::num::Short;
 use crate::run::{Error, Result};
 use crate::solve::SolveError;
@@ -17,7 +17,7 @@ pub(super) fn walk<S: System<Error = Error>>(
     request: &Request,
     branch: Continuation<S>,
     record: Record<'_>,
-    (listener, found): (&mut dyn FnMut(News<'_>), &mut Found),
+    (listener, found): (&mut dyn FnMut(FollowEvent<'_>), &mut FollowSummary),
 ) -> Result<()> {
     let mut walk = Walk { request, branch, record, listener, found };
     let outcome = walk.all();
@@ -32,8 +32,8 @@ struct Walk<'a, S: System> {
     request: &'a Request,
     branch: Continuation<S>,
     record: Record<'a>,
-    listener: &'a mut dyn FnMut(News<'_>),
-    found: &'a mut Found,
+    listener: &'a mut dyn FnMut(FollowEvent<'_>),
+    found: &'a mut FollowSummary,
 }
 
 impl<S: System<Error = Error>> Walk<'_, S> {
@@ -44,7 +44,7 @@ impl<S: System<Error = Error>> Walk<'_, S> {
         let bifurcations = self.follow()?;
         if self.request.switch > 0 && bifurcations.is_empty() {
             let text = "no bifurcation was located on branch 0: --switch follows no other one";
-            (self.listener)(News::Event(text));
+            (self.listener)(FollowEvent::Event(text));
         }
         let ways: &[bool] = if self.request.both_ways { &[false, true] } else { &[false] };
         let mut left: VecDeque<(Point, usize, bool)> = VecDeque::new();
@@ -65,7 +65,7 @@ impl<S: System<Error = Error>> Walk<'_, S> {
                     let at = six_digits(point.parameter);
                     let (key, number) = (&self.request.along, mode + 1);
                     let text = format!("mode {number} at {key} = {at}, {side}: {error}");
-                    (self.listener)(News::Event(&text));
+                    (self.listener)(FollowEvent::Event(&text));
                     continue;
                 }
                 Err(error) => return Err(error),
@@ -112,7 +112,7 @@ impl<S: System<Error = Error>> Walk<'_, S> {
                 "branch {number}: leaves the range at {along} = {at}, and not at {to}; --within lets it continue"
             )
         };
-        (self.listener)(News::Event(&text));
+        (self.listener)(FollowEvent::Event(&text));
     }
 
     /// Records `points`.
@@ -125,7 +125,7 @@ impl<S: System<Error = Error>> Walk<'_, S> {
             let [at, arc] = [point.parameter, point.arc].map(six_digits);
             let key = &self.request.along;
             let text = format!("branch {number}: {what} at {key} = {at}, arc length {arc}");
-            (self.listener)(News::Event(&text));
+            (self.listener)(FollowEvent::Event(&text));
             self.found.events.push(text);
         }
         if let Some(Point { parameter, negative, .. }) = points.last() {
@@ -133,7 +133,7 @@ impl<S: System<Error = Error>> Walk<'_, S> {
             let text = format!(
                 "branch {number}: {count} points, {key} = {at}, {negative} negative eigenvalues"
             );
-            (self.listener)(News::Step(&text));
+            (self.listener)(FollowEvent::Step(&text));
         }
         Ok(())
     }

@@ -10,7 +10,7 @@ use crate::num::Short;
     Short(*limit),
     shortest(*step)
 )]
-pub struct Broken {
+pub struct BrokenInvariant {
     /// The law, with the unit of value and limit.
     pub law: String,
     /// Its key in the scene.

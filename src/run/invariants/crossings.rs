@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::{Invariant, Reading, Step};
+use super::{Invariant, InvariantValue, Step};
 use crate::Vec3;
 use crate::geometry::Crossings;
 use crate::model::State;
@@ -32,10 +32,10 @@ impl Look {
     }
 
     /// What there is to say of the way to `state`.
-    fn reading(&mut self, state: &State) -> Reading {
+    fn reading(&mut self, state: &State) -> InvariantValue {
         self.see(&state.x);
         let (pairs, place) = std::mem::take(&mut self.worst);
-        Reading { row: vec![real(pairs)], value: real(pairs), place, memory: Vec::new() }
+        InvariantValue { row: vec![real(pairs)], value: real(pairs), place, memory: Vec::new() }
     }
 }
 
@@ -80,11 +80,11 @@ impl Invariant for NoCrossings {
         vec!["crossings [pairs of triangles]".into()]
     }
 
-    fn begin(&mut self, _: &mut Workspace, state: &State) -> Result<Reading> {
+    fn begin(&mut self, _: &mut Workspace, state: &State) -> Result<InvariantValue> {
         Ok(on(&self.0, |look| look.reading(state)))
     }
 
-    fn inspect(&mut self, step: &mut Step<'_>, _: &[f64]) -> Result<Reading> {
+    fn inspect(&mut self, step: &mut Step<'_>, _: &[f64]) -> Result<InvariantValue> {
         Ok(on(&self.0, |look| look.reading(step.after)))
     }
 }

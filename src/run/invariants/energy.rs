@@ -26,7 +26,7 @@
 //! works and of the fall at fixed conditions, or [`MINIMUM_RELATIVE_TURNOVER`] of the largest energy so far if that
 //! is more. The imbalance of a run is then at most the limit times what it turns over.
 
-use super::{Invariant, Reading, Step};
+use super::{Invariant, InvariantValue, Step};
 use crate::Vec3;
 use crate::model::{Evaluation, Model, State};
 use crate::parallel;
@@ -246,15 +246,15 @@ impl Invariant for EnergyBalance {
         true
     }
 
-    fn begin(&mut self, workspace: &mut Workspace, state: &State) -> Result<Reading> {
+    fn begin(&mut self, workspace: &mut Workspace, state: &State) -> Result<InvariantValue> {
         let energies = workspace.at(state).energies()?;
         let largest = energies.iter().map(|u| u.abs()).sum();
         let totals = EnergyTotals { largest, ..EnergyTotals::default() };
         let row = self.row(&totals, 0.0);
-        Ok(Reading { row, value: 0.0, place: String::new(), memory: totals.to_memory() })
+        Ok(InvariantValue { row, value: 0.0, place: String::new(), memory: totals.to_memory() })
     }
 
-    fn inspect(&mut self, step: &mut Step<'_>, memory: &[f64]) -> Result<Reading> {
+    fn inspect(&mut self, step: &mut Step<'_>, memory: &[f64]) -> Result<InvariantValue> {
         let totals = EnergyTotals::of(memory);
         let (now, fall) = self.works(step)?;
         let EnergyTotals { drag, growth, species, loads, pins, constraints, imbalance, largest } =
@@ -279,6 +279,11 @@ impl Invariant for EnergyBalance {
             imbalance: totals.imbalance + imbalance,
             largest,
         };
-        Ok(Reading { row: self.row(&totals, value), value, place, memory: totals.to_memory() })
+        Ok(InvariantValue {
+            row: self.row(&totals, value),
+            value,
+            place,
+            memory: totals.to_memory(),
+        })
     }
 }

@@ -8,7 +8,7 @@
 //! numerators; x̄ is the mean position. The sum of sizes is not taken to be below what counts as rest at every
 //! vertex, so that round-off in a sheet without forces counts as none.
 
-use super::{Invariant, Reading, Step};
+use super::{Invariant, InvariantValue, Step};
 use crate::Vec3;
 use crate::model::{Evaluation, State};
 use crate::num::real;
@@ -124,7 +124,7 @@ impl FreeBalance {
     }
 }
 
-fn reading(workspace: &mut Workspace, state: &State) -> Result<Reading> {
+fn reading(workspace: &mut Workspace, state: &State) -> Result<InvariantValue> {
     let tolerance = workspace.force_tolerance();
     let model = workspace.model.clone();
     let mut at = workspace.at(state);
@@ -138,7 +138,7 @@ fn reading(workspace: &mut Workspace, state: &State) -> Result<Reading> {
     let place = format!("{what}; of single effects {}", sums.largest(&model).unwrap_or_default());
     let row = vec![sums.force.norm(), force, sums.torque.norm(), torque];
     let value = if force.is_nan() { force } else { torque.max(force) };
-    Ok(Reading { row, value, place, memory: Vec::new() })
+    Ok(InvariantValue { row, value, place, memory: Vec::new() })
 }
 
 impl Invariant for FreeBalance {
@@ -162,11 +162,11 @@ impl Invariant for FreeBalance {
         .to_vec()
     }
 
-    fn begin(&mut self, workspace: &mut Workspace, state: &State) -> Result<Reading> {
+    fn begin(&mut self, workspace: &mut Workspace, state: &State) -> Result<InvariantValue> {
         reading(workspace, state)
     }
 
-    fn inspect(&mut self, step: &mut Step<'_>, _: &[f64]) -> Result<Reading> {
+    fn inspect(&mut self, step: &mut Step<'_>, _: &[f64]) -> Result<InvariantValue> {
         reading(step.workspace, step.after)
     }
 }

@@ -7,7 +7,7 @@ use super::energy::EnergyBalance;
 use super::forces::FreeBalance;
 use super::topology::GaussBonnet;
 use super::totals::Total;
-use super::{Broken, Invariant, Reading, Step};
+use super::{BrokenInvariant, Invariant, InvariantValue, Step};
 use crate::Stepper;
 use crate::model::State;
 use crate::record::{Malformed, Record};
@@ -86,12 +86,12 @@ impl Listed {
     }
 
     /// Whether the limit is passed; a value that is none passes every limit.
-    fn breaks(&self, reading: &Reading) -> bool {
+    fn breaks(&self, reading: &InvariantValue) -> bool {
         self.limit.is_some_and(|limit| !(reading.value <= limit))
     }
 
-    fn broken(&self, reading: Reading, time: f64) -> Broken {
-        Broken {
+    fn broken(&self, reading: InvariantValue, time: f64) -> BrokenInvariant {
+        BrokenInvariant {
             law: self.invariant.name(),
             key: self.key.clone(),
             value: reading.value,
@@ -103,7 +103,7 @@ impl Listed {
         }
     }
 
-    fn accept(&mut self, reading: Reading, time: f64) {
+    fn accept(&mut self, reading: InvariantValue, time: f64) {
         if !(reading.value <= self.worst.0) {
             self.worst = (reading.value, time);
         }
@@ -176,7 +176,7 @@ impl Invariants {
     /// Inspects the state that a run begins with, once.
     ///
     /// # Errors
-    /// [`Broken`] if that breaks an invariant.
+    /// [`BrokenInvariant`] if that breaks an invariant.
     pub(crate) fn begin(&mut self, workspace: &mut Workspace, state: &State) -> Result<()> {
         if self.begun {
             return Ok(());
@@ -195,7 +195,7 @@ impl Invariants {
     /// Brings `state` forward by one step of `integrator` that keeps the invariants.
     ///
     /// # Errors
-    /// [`Broken`] if no step does, and those of the integrator; `state` and what the integrator and this remember are
+    /// [`BrokenInvariant`] if no step does, and those of the integrator; `state` and what the integrator and this remember are
     /// as before then, bit for bit, but for what a library remembers, which restarts.
     pub(crate) fn step(&mut self, stepper: &mut Stepper, until: f64) -> Result<StepReport> {
         let short = self.short;
@@ -216,7 +216,7 @@ impl Invariants {
     ) -> Result<StepReport> {
         self.begin(&mut stepper.workspace, &stepper.state)?;
         let before = stepper.state.clone();
-        let (mut target, mut reason) = (until, None::<Broken>);
+        let (mut target, mut reason) = (until, None::<BrokenInvariant>);
         if let Some(short) = self.short {
             target = end_of_step(before.time, short.longest, until);
         }
@@ -257,12 +257,12 @@ impl Invariants {
         stepper: &mut Stepper,
         (before, memory): (&State, &Record),
         report: &StepReport,
-        broken: &Broken,
+        broken: &BrokenInvariant,
     ) -> Result<f64> {
         let end = stepper.state.time;
         stepper.state.clone_from(before);
         stepper.workspace.roll_back();
-        stepper.workspace.mark();
+        stepper.workspace.begin_step();
         put_back(memory, stepper);
         stepper.workspace.reject(Rejection {
             step: before.step + 1,
@@ -276,7 +276,7 @@ impl Invariants {
         let full = self.short.map_or(report.length, |short| short.full);
         self.short = Some(ShortSteps { longest, full });
         if !(longest >= (MIN_STEP_SHARE * full).max(ROUND_OFF * end)) {
-            return Err(Broken { step: Some(report.length), ..broken.clone() }.into());
+            return Err(BrokenInvariant { step: Some(report.length), ..broken.clone() }.into());
         }
         Ok(before.time + longest)
     }
@@ -287,7 +287,7 @@ impl Invariants {
         workspace: &mut Workspace,
         before: &State,
         after: &State,
-    ) -> Result<Option<Broken>> {
+    ) -> Result<Option<BrokenInvariant>> {
         let due = after.step.is_multiple_of(self.every);
         let mut all = Vec::with_capacity(self.all.len());
         for listed in &mut self.all {

@@ -2,7 +2,7 @@
 //!
 //! Each is a [`Invariant`]: it inspects a step, from one state to the next, and says what is in the ledger's row and how
 //! far it is broken. Beyond the limit of the scene a step is refused and tried again shorter, from the same
-//! state to the bit; where no shorter step keeps it the run fails with [`Broken`]. An invariant remembers nothing but
+//! state to the bit; where no shorter step keeps it the run fails with [`BrokenInvariant`]. An invariant remembers nothing but
 //! numbers, which are part of a checkpoint.
 
 mod broken;
@@ -13,7 +13,7 @@ mod listed;
 mod topology;
 mod totals;
 
-pub use broken::Broken;
+pub use broken::BrokenInvariant;
 pub(crate) use listed::{Invariants, Memory};
 
 use super::Result;
@@ -43,7 +43,7 @@ impl Step<'_> {
 
 /// What an invariant says of a step.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Reading {
+pub(super) struct InvariantValue {
     /// Its columns of the ledger.
     row: Vec<f64>,
     /// What the limit is for: 0 where the invariant holds.
@@ -74,11 +74,11 @@ pub(super) trait Invariant: Send {
     ///
     /// # Errors
     /// If the model has no value there.
-    fn begin(&mut self, workspace: &mut Workspace, state: &State) -> Result<Reading>;
+    fn begin(&mut self, workspace: &mut Workspace, state: &State) -> Result<InvariantValue>;
 
     /// What it says of a step, where `memory` is that of the steps before.
     ///
     /// # Errors
     /// If the model has no value there.
-    fn inspect(&mut self, step: &mut Step<'_>, memory: &[f64]) -> Result<Reading>;
+    fn inspect(&mut self, step: &mut Step<'_>, memory: &[f64]) -> Result<InvariantValue>;
 }

@@ -1,6 +1,6 @@
 //! Gauss and Bonnet: angle defects inside and turning along the boundary add up to 2πχ.
 
-use super::{Invariant, Reading, Step};
+use super::{Invariant, InvariantValue, Step};
 use crate::geometry::TotalCurvature;
 use crate::model::State;
 use crate::run::Result;
@@ -13,7 +13,7 @@ pub(super) struct GaussBonnet;
 /// A sum of angles is exact to that.
 const ROUND_OFF: f64 = 1e-9;
 
-fn reading(sheet: &Sheet, state: &State) -> Reading {
+fn reading(sheet: &Sheet, state: &State) -> InvariantValue {
     let TotalCurvature { defect, worst } = TotalCurvature::of(sheet, &state.x);
     let place = match worst {
         None if defect.abs() < ROUND_OFF => {
@@ -25,7 +25,7 @@ fn reading(sheet: &Sheet, state: &State) -> Reading {
             sheet.triangles()[t]
         ),
     };
-    Reading { row: vec![defect], value: defect.abs(), place, memory: Vec::new() }
+    InvariantValue { row: vec![defect], value: defect.abs(), place, memory: Vec::new() }
 }
 
 impl Invariant for GaussBonnet {
@@ -42,11 +42,11 @@ impl Invariant for GaussBonnet {
         vec!["Gauss-Bonnet defect [rad]".into()]
     }
 
-    fn begin(&mut self, workspace: &mut Workspace, state: &State) -> Result<Reading> {
+    fn begin(&mut self, workspace: &mut Workspace, state: &State) -> Result<InvariantValue> {
         Ok(reading(workspace.model.sheet(), state))
     }
 
-    fn inspect(&mut self, step: &mut Step<'_>, _: &[f64]) -> Result<Reading> {
+    fn inspect(&mut self, step: &mut Step<'_>, _: &[f64]) -> Result<InvariantValue> {
         Ok(reading(step.workspace.model.sheet(), step.after))
     }
 }

@@ -8,7 +8,7 @@
 //! conserves it on: the current one of a sheet that does not move, or that of rest where `metric = "rest"`.
 //! At a vertex they are a third of the triangles around it, as in diffusion and in the ledger.
 
-use super::{Invariant, Reading, Step};
+use super::{Invariant, InvariantValue, Step};
 use crate::Vec3;
 use crate::effects::Measure;
 use crate::geometry::Face;
@@ -105,7 +105,7 @@ impl Total {
         }
     }
 
-    fn reading(&self, state: &State, memory: Option<&[f64]>) -> Reading {
+    fn reading(&self, state: &State, memory: Option<&[f64]>) -> InvariantValue {
         let [now, size] = self.sums(state);
         let (start, largest) = match memory {
             Some(&[start, largest]) => (start, size.max(largest)),
@@ -114,7 +114,7 @@ impl Total {
         let change = now - start;
         let value = if change == 0.0 { 0.0 } else { change.abs() / largest };
         let place = format!("the total was {start:.6e} at the start and changes by {change:.3e}");
-        Reading { row: vec![change], value, place, memory: vec![start, largest] }
+        InvariantValue { row: vec![change], value, place, memory: vec![start, largest] }
     }
 }
 
@@ -251,11 +251,11 @@ impl Invariant for Total {
         vec![format!("change of the total of {} [{}]", self.name, self.unit)]
     }
 
-    fn begin(&mut self, _: &mut Workspace, state: &State) -> Result<Reading> {
+    fn begin(&mut self, _: &mut Workspace, state: &State) -> Result<InvariantValue> {
         Ok(self.reading(state, None))
     }
 
-    fn inspect(&mut self, step: &mut Step<'_>, memory: &[f64]) -> Result<Reading> {
+    fn inspect(&mut self, step: &mut Step<'_>, memory: &[f64]) -> Result<InvariantValue> {
         Ok(self.reading(step.after, Some(memory)))
     }
 }

@@ -15,7 +15,7 @@ use crate::reduction::Communicator;
 use crate::sheet::Part;
 
 /// A checkpoint to continue from; where it is of another number of ranks, those of all its ranks.
-pub(crate) struct Usable {
+pub(crate) struct UsableCheckpoint {
     pub(crate) checkpoint: Checkpoint,
     pub(crate) parts: Vec<PathBuf>,
 }
@@ -35,7 +35,7 @@ pub(crate) fn last(
     root: &Path,
     now: Option<&dyn Communicator>,
     fits: &dyn Fn(&Checkpoint) -> bool,
-) -> Result<Usable, Option<String>> {
+) -> Result<UsableCheckpoint, Option<String>> {
     let before = ranks_of(root);
     let (rank, size) = now.map_or((0, 1), |ranks| (ranks.rank(), ranks.size()));
     // Every rank reads some; only the first one sees whether its results are whole.
@@ -64,10 +64,10 @@ pub(crate) fn last(
     let path = |k| file_of(&piece_root(root, k, before), step).ok_or_else(missing);
     if before == size {
         let checkpoint = read(&path(rank)?).ok_or_else(missing)?;
-        return Ok(Usable { checkpoint, parts: Vec::new() });
+        return Ok(UsableCheckpoint { checkpoint, parts: Vec::new() });
     }
     let parts = (0..before).map(path).collect::<Result<Vec<_>, _>>()?;
-    Ok(Usable { checkpoint: read(&parts[0]).ok_or_else(missing)?, parts })
+    Ok(UsableCheckpoint { checkpoint: read(&parts[0]).ok_or_else(missing)?, parts })
 }
 
 /// Whether the first rank has files of checkpoints, usable or not.

@@ -26,7 +26,7 @@ use crate::sheet::read::pvtu::{TRIANGLE_NUMBER, VERTEX_NUMBER};
 use crate::sheet::{Part, Sheet};
 
 /// What a rank has of the sheet.
-pub(crate) struct Spread {
+pub(crate) struct RankPart {
     pub(super) part: Part,
     /// The record of the whole mesh.
     pub(super) mesh: MeshRecord,
@@ -42,7 +42,7 @@ pub(super) struct Share {
     whole: [usize; 2],
 }
 
-impl Spread {
+impl RankPart {
     pub(super) fn new(part: Part, mesh: MeshRecord) -> Self {
         let ranks = part.sheet.reduction().distribution().map_or(1, |d| d.communicator.size());
         Self { part, mesh, ranks }

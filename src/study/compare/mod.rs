@@ -32,11 +32,11 @@ pub struct Member {
     /// `policy, integrator`.
     pub name: String,
     /// Its results, or the error that ended it.
-    pub outcome: Result<Ran>,
+    pub outcome: Result<MemberRun>,
 }
 
 /// A member that ran.
-pub struct Ran {
+pub struct MemberRun {
     /// Work and times.
     pub summary: Summary,
     /// States at the output times.
@@ -64,7 +64,7 @@ pub struct Deviations {
     pub diverged: Option<Distance>,
 }
 
-impl Ran {
+impl MemberRun {
     /// Distance of this run from `reference`.
     #[must_use]
     pub fn deviations(&self, reference: &Self) -> Deviations {
@@ -117,7 +117,7 @@ pub fn member(
     record: &dyn Fn(&Simulation, &ResultDirectory) -> Result<()>,
     progress: &mut Progress,
     interrupt: Interrupt,
-) -> Result<Ran> {
+) -> Result<MemberRun> {
     let mut simulation = Simulation::new(scene, search)?;
     let directory = room()?;
     let names = simulation.model().chemistry().map(|c| &c.descriptor().species);
@@ -135,5 +135,5 @@ pub fn member(
     }
     let Record { states, measures, shown } = kept;
     let sheet = Arc::clone(simulation.sheet());
-    Ok(Ran { summary, states, measures, species, norm, shown, sheet })
+    Ok(MemberRun { summary, states, measures, species, norm, shown, sheet })
 }

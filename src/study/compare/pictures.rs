@@ -1,6 +1,6 @@
 //! Plots and pictures of a comparison.
 
-use super::{Member, Ran};
+use super::{Member, MemberRun};
 use crate::num::real;
 use crate::output::picture::Picture;
 use crate::output::plot::{Curve, Figure, Panel, label};
@@ -8,7 +8,7 @@ use crate::run::Result;
 use crate::study::draw::contact_sheet::{ACROSS, ContactSheet, GAP, LINE, Shape, TILE};
 use crate::study::gather::{Distance, Measures};
 
-fn ran(members: &[Member]) -> impl Iterator<Item = (usize, &Ran)> + Clone {
+fn ran(members: &[Member]) -> impl Iterator<Item = (usize, &MemberRun)> + Clone {
     let all = members.iter().enumerate();
     all.filter_map(|(k, m)| Some((k, m.outcome.as_ref().ok()?)))
 }
@@ -25,11 +25,11 @@ pub fn figure(members: &[Member]) -> Figure {
     let Some((first, reference)) = ran(members).next() else {
         return Figure { names, columns: 1, ..Figure::default() };
     };
-    let curves = |of: &dyn Fn(&Ran) -> Vec<(f64, f64)>| -> Vec<Curve> {
+    let curves = |of: &dyn Fn(&MemberRun) -> Vec<(f64, f64)>| -> Vec<Curve> {
         ran(members).map(|(name, ran)| Curve { name, points: of(ran) }).collect()
     };
     let distances = |of: fn(&Distance) -> f64| -> Vec<Curve> {
-        let points = |ran: &Ran| -> Vec<(f64, f64)> {
+        let points = |ran: &MemberRun| -> Vec<(f64, f64)> {
             let course = ran.deviations(reference).course;
             course.iter().map(|d| (d.time, of(d))).filter(|p| p.1 > 0.0).collect()
         };
@@ -61,7 +61,7 @@ pub fn figure(members: &[Member]) -> Figure {
     } else {
         let species = reference.species.first().map_or("species", String::as_str);
         let value = |c: &Vec<f64>| c.first().copied().unwrap_or(f64::NAN);
-        let values = |r: &Ran| -> Vec<(f64, f64)> {
+        let values = |r: &MemberRun| -> Vec<(f64, f64)> {
             r.states.iter().zip(&r.shown).map(|(s, c)| (s.time, value(c))).collect()
         };
         panel(species, "time", flat, curves(&values));
@@ -71,11 +71,11 @@ pub fn figure(members: &[Member]) -> Figure {
 
 /// Cost and largest distance of every member, at the edge where it has none: the reference and what
 /// agrees with it exactly below, what begins apart above, what failed in the corner.
-fn cost(members: &[Member], reference: &Ran) -> Vec<Curve> {
-    let largest = |ran: &Ran| ran.deviations(reference).largest.map(|(a, b)| a.max(b));
+fn cost(members: &[Member], reference: &MemberRun) -> Vec<Curve> {
+    let largest = |ran: &MemberRun| ran.deviations(reference).largest.map(|(a, b)| a.max(b));
     let mark = |(name, member): (usize, &Member)| {
         let ran = member.outcome.as_ref().ok();
-        let seconds = ran.map_or(f64::INFINITY, Ran::seconds);
+        let seconds = ran.map_or(f64::INFINITY, MemberRun::seconds);
         let distance = ran.and_then(largest).unwrap_or(f64::INFINITY);
         Curve { name, points: vec![(seconds, distance)] }
     };
@@ -120,7 +120,7 @@ pub fn contact_sheet(members: &[Member]) -> Result<Option<Picture>> {
     sheet.finish(name, top).map(Some)
 }
 
-fn shape(ran: &Ran, state: usize) -> Shape<'_> {
+fn shape(ran: &MemberRun, state: usize) -> Shape<'_> {
     let (x, triangles) = (&ran.states[state].x, ran.sheet.triangles());
     Shape { x, triangles, values: ran.shown.get(state) }
 }

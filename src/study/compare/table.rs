@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::iter::once;
 
-use super::{Member, Ran};
+use super::{Member, MemberRun};
 use crate::output::SelfIntersection;
 use crate::output::plot::label;
 use crate::study::draw::table::{csv_table, number, work_cells, work_titles};
@@ -95,12 +95,12 @@ fn first_line(text: &str) -> &str {
 }
 
 /// The member that the others are compared with: the first that ran.
-fn reference(members: &[Member]) -> Option<(&str, &Ran)> {
+fn reference(members: &[Member]) -> Option<(&str, &MemberRun)> {
     members.iter().find_map(|m| Some((m.name.as_str(), m.outcome.as_ref().ok()?)))
 }
 
 /// Where two runs part, by what, and what that is measured against.
-fn in_words(diverged: &Distance, ran: &Ran, first: &str) -> String {
+fn in_words(diverged: &Distance, ran: &MemberRun, first: &str) -> String {
     let (species, by) = diverged.worst();
     let share = match by.relative() {
         share if share < 10.0 => format!("{:.0} %", 100.0 * share),

@@ -52,19 +52,19 @@ pub struct RestShape {
     /// C₀ of all vertices, 1/length; none for 0.
     pub(super) spontaneous: Option<Vec<f64>>,
     /// The C₀ that is added and changes in a run.
-    pub(super) changing: Changing,
+    pub(super) changing: VariableCurvature,
     /// Whether its angles flow.
     pub(super) flows: bool,
 }
 
 /// A spontaneous curvature that changes in a run: of the law, and by a formula of the time.
 #[derive(Debug, Clone, Default)]
-pub struct Changing {
+pub struct VariableCurvature {
     pub(super) law: bool,
     pub(super) timed: Option<TimedField>,
 }
 
-impl Changing {
+impl VariableCurvature {
     /// Whether there is any.
     pub(super) fn is_any(&self) -> bool {
         self.law || self.timed.is_some()
@@ -88,7 +88,7 @@ impl RestShape {
     /// The same, to which the spontaneous curvature that the law gives is added.
     #[must_use]
     pub fn following_law(self) -> Self {
-        Self { changing: Changing { law: true, ..self.changing }, ..self }
+        Self { changing: VariableCurvature { law: true, ..self.changing }, ..self }
     }
 
     /// Whether there is a law that gives a spontaneous curvature.
@@ -126,7 +126,7 @@ impl RestShape {
             Some(TimedField::Given(Values::Each(all))) => (Some(all), None),
             timed => (None, timed),
         };
-        let changing = Changing { law: Self::follows_law(context), timed };
+        let changing = VariableCurvature { law: Self::follows_law(context), timed };
         let made = Self { positions, spontaneous, changing, flows: false };
         let flat =
             made.positions.is_none() && made.spontaneous.is_none() && !made.changing.is_any();
@@ -216,7 +216,7 @@ pub trait RestAngle: std::fmt::Debug + Copy + Default + Send + Sync + 'static {
     fn flows(of: &Self::Of) -> bool;
 
     /// The C₀ that is added and changes in a run.
-    fn changing(of: &Self::Of) -> Option<&Changing>;
+    fn changing(of: &Self::Of) -> Option<&VariableCurvature>;
 
     /// C₀ at hinge `h`, 1/length.
     fn spontaneous(of: &Self::Of, h: usize) -> f64;
@@ -241,7 +241,7 @@ impl RestAngle for Flat {
         false
     }
 
-    fn changing((): &()) -> Option<&Changing> {
+    fn changing((): &()) -> Option<&VariableCurvature> {
         None
     }
 
@@ -266,7 +266,7 @@ pub struct RestAngles {
     angle: Vec<f64>,
     /// C₀, 1/length.
     spontaneous: Vec<f64>,
-    changing: Changing,
+    changing: VariableCurvature,
     flows: bool,
 }
 
@@ -283,7 +283,7 @@ impl RestAngle for Curved {
         of.flows
     }
 
-    fn changing(of: &RestAngles) -> Option<&Changing> {
+    fn changing(of: &RestAngles) -> Option<&VariableCurvature> {
         Some(&of.changing)
     }
 

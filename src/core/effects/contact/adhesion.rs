@@ -26,7 +26,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::law::Law;
-use super::obstacle::{Body, Form, check_ramp};
+use super::obstacle::{Body, ObstacleDistance, check_ramp};
 use super::{ContactWork, Contacts, ObstacleShape};
 use crate::Vec3;
 use crate::effects::{
@@ -118,8 +118,8 @@ impl EffectSpec for Adhesion {
             }
             return Ok(Effect::energy(Sticky(Contacts::by_law(context.sheet, law))));
         };
-        let form = Form::new(to).map_err(|error| EffectError { key: "to", ..error })?;
-        let Form::Smooth(surface) = form else {
+        let form = ObstacleDistance::new(to).map_err(|error| EffectError { key: "to", ..error })?;
+        let ObstacleDistance::Smooth(surface) = form else {
             let message = "a sheet does not stick to a mesh";
             return refused("to", message, "a plane, a sphere or a cylinder");
         };

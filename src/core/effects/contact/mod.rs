@@ -40,7 +40,7 @@ use super::{
 };
 use crate::Vec3;
 use crate::geometry::proximity::{PairKind, Proximity, Range, at};
-use crate::geometry::{Conditions, Crossings, Found, RestMetric, Shape, lumped_areas};
+use crate::geometry::{Conditions, CrossingPairs, Crossings, RestMetric, Shape, lumped_areas};
 use crate::linear::BlockMatrix;
 use crate::num::Short;
 use crate::num::checked::Positive;
@@ -316,7 +316,7 @@ impl Energy for Contacts {
         }
         let found = Crossings::new(shape.sheet).find(shape.sheet, shape.x);
         if found.pairs > 0 {
-            let Found { pairs, .. } = found;
+            let CrossingPairs { pairs, .. } = found;
             let place = found.place(shape.sheet, shape.x);
             let how = match self.separate {
                 true => {

@@ -153,11 +153,11 @@ impl EffectSpec for Obstacle {
         let barrier = barrier_of((self.distance, thickness), self.stiffness, context.material)?;
         let displacement =
             self.displacement.map_or(Vec3::zeros(), |d| Vec3::from(d.map(Finite::get)));
-        Ok(match Form::new(&self.shape)? {
-            Form::Mesh(file) => {
+        Ok(match ObstacleDistance::new(&self.shape)? {
+            ObstacleDistance::Mesh(file) => {
                 Effect::energy(MeshBody::read(file, context, barrier, (displacement, factor))?)
             }
-            Form::Smooth(surface) => {
+            ObstacleDistance::Smooth(surface) => {
                 let area = lumped_areas(context.sheet);
                 Effect::energy(Body {
                     surface,
@@ -184,7 +184,7 @@ pub(super) fn check_ramp(ramp: Option<&Ramp>, has_displacement: bool) -> Result<
 }
 
 /// How the distance from an obstacle is known.
-pub(super) enum Form<'a> {
+pub(super) enum ObstacleDistance<'a> {
     Smooth(Surface),
     Mesh(&'a Path),
 }
@@ -202,7 +202,7 @@ pub(super) struct Surface {
     normal: Vec3,
 }
 
-impl<'a> Form<'a> {
+impl<'a> ObstacleDistance<'a> {
     pub(super) fn new(shape: &'a ObstacleShape) -> Result<Self, EffectError> {
         let vector = |v: [Finite; 3]| Vec3::from(v.map(Finite::get));
         let unit = |v: [Finite; 3], what: &str| {

@@ -17,7 +17,7 @@
 //! `c_e` is the mean of the ends of a bond; species on faces are carried to vertices by averages that
 //! depend on x, so that then ∂q/∂x is there too.
 
-mod middle;
+mod intermediates;
 
 use std::ops::Range;
 
@@ -32,7 +32,7 @@ use crate::model::{
     Chemistry, Derivatives, HeldValues, Model, ModelError, Potential, SignalColumns, State, Surface,
 };
 
-use middle::{factor_slopes, middle_by_unknowns, residual_by_middle};
+use intermediates::{factor_slopes, intermediates_by_unknowns, residual_by_intermediates};
 
 /// Vertices, or points of the chemistry, whose entries one thread names at a time.
 const CHUNK_POINTS: usize = 2048;
@@ -50,11 +50,11 @@ pub(super) struct Jacobian {
 
 struct Sums {
     direct: Assembly,
-    through: Option<Through>,
+    through: Option<Intermediates>,
 }
 
 /// What goes through optimal lengths, spontaneous curvatures and species that energies read.
-struct Through {
+struct Intermediates {
     of_residual: Assembly,
     of_unknowns: Assembly,
     total: SumOfProduct,
@@ -123,19 +123,21 @@ impl Sums {
     /// Adds what goes through optimal lengths, spontaneous curvatures and species that energies read.
     fn fill_through(&mut self, potential: &mut Potential, at: &Values<'_>) {
         let n = at.layout.unknowns();
-        let [_, _, middle] = at.middle(potential.sheet());
+        let [_, _, intermediates] = at.intermediates(potential.sheet());
         let Self { direct, through } = self;
-        let Through { of_residual, of_unknowns, total } = through.get_or_insert_with(|| {
-            let of_residual =
-                Assembly::new(n, middle, |entries| residual_by_middle(potential, at, entries));
-            let of_unknowns =
-                Assembly::new(middle, n, |entries| middle_by_unknowns(potential, at, entries));
+        let Intermediates { of_residual, of_unknowns, total } = through.get_or_insert_with(|| {
+            let of_residual = Assembly::new(n, intermediates, |entries| {
+                residual_by_intermediates(potential, at, entries)
+            });
+            let of_unknowns = Assembly::new(intermediates, n, |entries| {
+                intermediates_by_unknowns(potential, at, entries)
+            });
             let total =
                 SumOfProduct::new(direct.matrix(), of_residual.matrix(), of_unknowns.matrix());
-            Through { of_residual, of_unknowns, total }
+            Intermediates { of_residual, of_unknowns, total }
         });
-        of_residual.fill(|entries| residual_by_middle(potential, at, entries));
-        of_unknowns.fill(|entries| middle_by_unknowns(potential, at, entries));
+        of_residual.fill(|entries| residual_by_intermediates(potential, at, entries));
+        of_unknowns.fill(|entries| intermediates_by_unknowns(potential, at, entries));
         total.fill(direct.matrix(), of_residual.matrix(), of_unknowns.matrix());
     }
 }
@@ -201,7 +203,7 @@ impl Jacobian {
             others(potential.as_deref(), model, &at, entries);
         };
         // What goes through lengths is added to rows in their own order.
-        let through = at.goes_through();
+        let through = at.has_intermediates();
         let in_strips = self.in_strips && parts.is_empty() && !through;
         let sums = self.sums.get_or_insert_with(|| Sums {
             direct: match in_strips {

@@ -91,7 +91,7 @@ impl Coupled {
     }
 
     /// Lets ∂F/∂y be made for an incomplete factor alone, where it can be: before it is evaluated first.
-    pub(crate) fn solved_incompletely(&mut self) {
+    pub(crate) fn use_incomplete_factor(&mut self) {
         self.jacobian.in_strips = true;
     }
 

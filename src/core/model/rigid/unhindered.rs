@@ -37,7 +37,7 @@ pub(crate) fn unhindered(
     gradient: &[Vec3],
     tolerance: f64,
 ) -> Vec<Motion> {
-    let (motions, radius) = undriven(potential, x, gradient, tolerance);
+    let (motions, radius) = force_free_motions(potential, x, gradient, tolerance);
     let reduction = potential.reduction().clone();
     let displacement = PROBE_DISPLACEMENT * potential.metric().mean_edge();
     let limit = ROUND_OFF * potential.force_scale() * reduction.count(x.len()).sqrt();
@@ -107,7 +107,7 @@ pub(crate) fn floats(potential: &mut Potential, x: &[Vec3], tolerance: f64) -> b
 
 /// The rigid motions of `x` that pins leave free and along which no force acts, orthonormal, and R: those that pins leave
 /// free, without the one combination along which `gradient` is above `tolerance`.
-pub(crate) fn undriven(
+pub(crate) fn force_free_motions(
     potential: &Potential,
     x: &[Vec3],
     gradient: &[Vec3],

@@ -1,7 +1,7 @@
 //! A branch that is being followed: its steps, its end, and the way to another one.
 
 use super::bifurcations::MAX_LOCATED;
-use super::corrector::{Condition, Corrected, Corrector};
+use super::corrector::{Condition, Corrector, CorrectorOutcome};
 use super::metric::Metric;
 use super::system::{Equilibrium, System};
 use super::{Direction, Event, Point, Settings, Unknowns, UnstableDirections};
@@ -44,9 +44,9 @@ impl<S: System> Continuation<S> {
         let mut along = corrector.metric.parameter(&start);
         let condition = Condition { direction: &along, at: &start, parameter, distance: 0.0 };
         let mut at = match corrector.correct((start.clone(), parameter), &condition, &settings)? {
-            Corrected::Found(at) => *at,
-            Corrected::Lost(Some(error)) => return Err(error),
-            Corrected::Lost(None) => return Err(lost(parameter, 0.0).into()),
+            CorrectorOutcome::Found(at) => *at,
+            CorrectorOutcome::Lost(Some(error)) => return Err(error),
+            CorrectorOutcome::Lost(None) => return Err(lost(parameter, 0.0).into()),
         };
         if !forward {
             along.parameter = -along.parameter;
@@ -98,13 +98,13 @@ impl<S: System> Continuation<S> {
             let guess = from.at.plus(self.step, &ahead.unknowns);
             let guess = (guess, from.parameter + self.step * ahead.parameter);
             match self.correct_from(guess, &self.tangent.clone(), self.step)? {
-                Corrected::Found(at) => {
+                CorrectorOutcome::Found(at) => {
                     if let Some(points) = self.accept(*at)? {
                         tally.count(|work| work.steps += 1);
                         return Ok(points);
                     }
                 }
-                Corrected::Lost(why) => reason = why.or(reason),
+                CorrectorOutcome::Lost(why) => reason = why.or(reason),
             }
             tally.count(|work| work.rejected += 1);
             self.step *= 0.5;
@@ -135,12 +135,12 @@ impl<S: System> Continuation<S> {
         while self.step >= self.settings.least_step {
             let guess = (from.at.plus(self.step, &self.tangent.unknowns), from.parameter);
             match self.correct_from(guess, &self.tangent.clone(), self.step)? {
-                Corrected::Found(mut at) => {
+                CorrectorOutcome::Found(mut at) => {
                     let tangent = self.tangent_at(&mut at)?;
                     let unstable = self.corrector.system.unstable_directions(&mut at)?;
                     return self.arrive(*at, (tangent, unstable), Vec::new());
                 }
-                Corrected::Lost(why) => reason = why.or(reason),
+                CorrectorOutcome::Lost(why) => reason = why.or(reason),
             }
             self.step *= 0.5;
         }
@@ -153,7 +153,7 @@ impl<S: System> Continuation<S> {
         guess: (Unknowns, f64),
         direction: &Direction,
         distance: f64,
-    ) -> Result<Corrected<S>, S::Error> {
+    ) -> Result<CorrectorOutcome<S>, S::Error> {
         let Point { at, parameter, .. } = &self.point;
         let condition = Condition { direction, at, parameter: *parameter, distance };
         self.corrector.correct(guess, &condition, &self.settings)
@@ -252,8 +252,8 @@ impl<S: System> Continuation<S> {
         let along = self.corrector.metric.parameter(&guess);
         let condition = Condition { direction: &along, at: &at.at, parameter: end, distance: 0.0 };
         Ok(match self.corrector.correct((guess, end), &condition, &self.settings)? {
-            Corrected::Found(at) => Some(*at),
-            Corrected::Lost(_) => None,
+            CorrectorOutcome::Found(at) => Some(*at),
+            CorrectorOutcome::Lost(_) => None,
         })
     }
 

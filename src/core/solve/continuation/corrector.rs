@@ -33,7 +33,7 @@ pub(super) struct Condition<'a> {
 }
 
 /// What a correction came to.
-pub(super) enum Corrected<S: System> {
+pub(super) enum CorrectorOutcome<S: System> {
     /// The equilibrium.
     Found(Box<Equilibrium<S::Member>>),
     /// None near the guess, and the error of the system if that is why.
@@ -77,10 +77,10 @@ impl<S: System> Corrector<S> {
         (guess, parameter): (Unknowns, f64),
         condition: &Condition<'_>,
         settings: &Settings,
-    ) -> Result<Corrected<S>, S::Error> {
+    ) -> Result<CorrectorOutcome<S>, S::Error> {
         let mut at = match self.system.evaluate(guess, parameter) {
             Ok(at) => at,
-            Err(error) => return Ok(Corrected::Lost(Some(error))),
+            Err(error) => return Ok(CorrectorOutcome::Lost(Some(error))),
         };
         let form = self.metric.form(condition.direction);
         let (mut last, mut largest) = (f64::INFINITY, f64::INFINITY);
@@ -89,28 +89,28 @@ impl<S: System> Corrector<S> {
             let balanced = at.residual <= settings.tolerance;
             let done = at.iterations >= MAX_ITERATIONS;
             if balanced && (last <= CONVERGED_CORRECTION || done && last <= ACCEPTABLE_CORRECTION) {
-                return Ok(Corrected::Found(Box::new(at)));
+                return Ok(CorrectorOutcome::Found(Box::new(at)));
             }
             if done || !(at.energy.is_finite() && at.residual.is_finite() && last <= largest) {
-                return Ok(Corrected::Lost(None));
+                return Ok(CorrectorOutcome::Lost(None));
             }
             let change = match self.newton(&mut at, (condition, &form), settings.tolerance) {
                 Ok(Some(change)) => change,
-                Ok(None) => return Ok(Corrected::Lost(None)),
-                Err(error) => return Ok(Corrected::Lost(Some(error))),
+                Ok(None) => return Ok(CorrectorOutcome::Lost(None)),
+                Err(error) => return Ok(CorrectorOutcome::Lost(Some(error))),
             };
             largest = MAX_CORRECTION * settings.longest_step;
             last = self.metric.norm(&change);
             let next = at.at.plus(1.0, &change.unknowns);
             let finite = change.parameter.is_finite() && last.is_finite();
             if !(finite && self.system.allows(&at, &next)) {
-                return Ok(Corrected::Lost(None));
+                return Ok(CorrectorOutcome::Lost(None));
             }
             let iterations = at.iterations + 1;
             self.system.tally().count(|work| work.iterations += 1);
             at = match self.system.evaluate(next, at.parameter + change.parameter) {
                 Ok(next) => Equilibrium { iterations, ..next },
-                Err(error) => return Ok(Corrected::Lost(Some(error))),
+                Err(error) => return Ok(CorrectorOutcome::Lost(Some(error))),
             };
         }
     }

@@ -115,7 +115,7 @@ impl<F: ReactingFamily> Continuation<Reacting<F>> {
 }
 
 /// The numbers of `unknowns` in the order of the coupled system.
-fn flat(layout: &Layout, unknowns: &Unknowns) -> Vec<f64> {
+fn flatten(layout: &Layout, unknowns: &Unknowns) -> Vec<f64> {
     let mut all = vec![0.0; layout.unknowns()];
     for (vertex, places) in layout.displacements().enumerate() {
         for (axis, place) in places.into_iter().enumerate() {
@@ -132,8 +132,8 @@ fn flat(layout: &Layout, unknowns: &Unknowns) -> Vec<f64> {
     all
 }
 
-/// The reverse of [`flat`]; 0 along fixed directions.
-pub(super) fn unflat(layout: &Layout, all: &[f64], like: &Unknowns) -> Unknowns {
+/// The reverse of [`flatten`]; 0 along fixed directions.
+pub(super) fn unflatten(layout: &Layout, all: &[f64], like: &Unknowns) -> Unknowns {
     let mut unknowns = like.zeros_like();
     for (vertex, places) in layout.displacements().enumerate() {
         unknowns.x[vertex] = Vec3::from_fn(|axis, _| places[axis].map_or(0.0, |place| all[place]));
@@ -172,7 +172,7 @@ impl<F: ReactingFamily> Reacting<F> {
         let found = spectrum::nearest(&storage, &mut solve, count)?;
         let layout = coupled.layout();
         let mode = |pair: spectrum::Pair| {
-            let mut shape = unflat(layout, &pair.vector, &at.at);
+            let mut shape = unflatten(layout, &pair.vector, &at.at);
             gauge.project(&mut shape.x);
             spectrum::normalise(&mut shape, &at.member.model);
             let spectrum::Pair { eigenvalue, frequency, .. } = pair;
@@ -252,7 +252,7 @@ impl<F: ReactingFamily> System for Reacting<F> {
         };
         let mut form_of_shape = form.unknowns.clone();
         self.gauge.project(&mut form_of_shape.x);
-        let [b, row, f_flat] = [column, &form_of_shape, f].map(|part| flat(&layout, part));
+        let [b, row, f_flat] = [column, &form_of_shape, f].map(|part| flatten(&layout, part));
         let d = form.parameter;
         let mut v = b.clone();
         self.solve(&mut v)?;
@@ -276,7 +276,7 @@ impl<F: ReactingFamily> System for Reacting<F> {
             }
             y += more;
         }
-        let mut unknowns = unflat(&layout, &x, f);
+        let mut unknowns = unflatten(&layout, &x, f);
         self.gauge.project(&mut unknowns.x);
         Ok(Direction { unknowns, parameter: y })
     }
@@ -322,7 +322,7 @@ impl<F: ReactingFamily> System for Reacting<F> {
         let form = match (mode.block, &self.stability) {
             (Block::Coupled, _) => {
                 let storage = spectrum::storage(coupled, &at.member.model);
-                let shape = flat(&layout, &mode.shape);
+                let shape = flatten(&layout, &mode.shape);
                 shape.iter().zip(storage).map(|(v, b)| b * v).collect()
             }
             (Block::Shape, Some(stability)) => {
@@ -331,14 +331,14 @@ impl<F: ReactingFamily> System for Reacting<F> {
                 for ((f, v), mass) in force.x.iter_mut().zip(&mode.shape.x).zip(stability.mass()) {
                     *f = *mass * v;
                 }
-                flat(&layout, &force)
+                flatten(&layout, &force)
             }
             (Block::Shape, None) => return Ok(None),
         };
         let mut null = form.clone();
         self.solve(&mut null)?;
         let value = 1.0 / dot(&form, &null);
-        let mut null = unflat(&layout, &null, &at.at);
+        let mut null = unflatten(&layout, &null, &at.at);
         self.gauge.project(&mut null.x);
         spectrum::normalise(&mut null, &at.member.model);
         Ok(Some((value, null)))

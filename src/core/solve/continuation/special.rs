@@ -4,7 +4,7 @@
 //! with the Illinois weights (Dowell & Jarratt, BIT 11 (1971) 168, doi:10.1007/BF01934364); guesses are those of the cubic
 //! between the two ends.
 
-use super::corrector::Corrected;
+use super::corrector::CorrectorOutcome;
 use super::system::{Equilibrium, System};
 use super::{Continuation, Direction, Event, Point, SolveError, Unknowns, UnstableDirections};
 
@@ -79,8 +79,8 @@ impl<S: System> Continuation<S> {
             + leave * tangent.parameter
             + reach * step.tangent.parameter;
         Ok(match self.correct_from((guess, parameter), &self.tangent.clone(), s)? {
-            Corrected::Found(at) => Some(*at),
-            Corrected::Lost(_) => None,
+            CorrectorOutcome::Found(at) => Some(*at),
+            CorrectorOutcome::Lost(_) => None,
         })
     }
 

@@ -94,7 +94,7 @@ pub fn explicit_limit(workspace: &mut Workspace, state: &State) -> Result<Option
 
 /// What to say of a fixed explicit step beyond that.
 #[must_use]
-pub fn too_long(step: f64, limit: f64) -> Diagnosis {
+pub fn explicit_limit_message(step: f64, limit: f64) -> Diagnosis {
     Diagnosis {
         reason: Reason::Chemistry,
         text: format!(

@@ -23,7 +23,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::stop::{iterated, level, reached, stalled};
+use super::stop::{iterated, reached, same_energy, stalled};
 use super::{Equilibrium, Goal, Relaxation};
 use crate::Vec3;
 use crate::model::{Mechanics, Potential};
@@ -143,7 +143,7 @@ impl Equilibrium for Descent {
             if potential.allows(x, &trial, self.options.area_share.get()) {
                 let energy = potential.energy_gradient(&trial, &mut trial_gradient);
                 let descends = energy <= done.energy - SUFFICIENT_DECREASE * step * square;
-                let level = level(potential, done.energy, energy)
+                let level = same_energy(potential, done.energy, energy)
                     && reduction.dot(&gradient, &trial_gradient) >= 0.0;
                 accepted = (energy.is_finite() && (descends || level)).then_some(energy);
             }

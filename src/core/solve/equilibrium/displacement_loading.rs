@@ -21,7 +21,7 @@ const INTERMEDIATE_LIMITS: (f64, usize) = (1e-2, 30);
 ///
 /// # Errors
 /// [`SolveError::Interrupted`], and energies that are not finite.
-pub(in crate::solve) fn lead(
+pub(in crate::solve) fn load_incrementally(
     method: &mut dyn Equilibrium,
     potential: &mut Potential,
     x: &mut [Vec3],

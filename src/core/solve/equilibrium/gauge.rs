@@ -18,7 +18,7 @@
 use super::Goal;
 use crate::Vec3;
 use crate::linear::BlockMatrix;
-use crate::model::{Motion, Potential, minimal_pins, undriven, unhindered};
+use crate::model::{Motion, Potential, force_free_motions, minimal_pins, unhindered};
 use crate::parallel;
 use crate::record::Malformed;
 use crate::reduction::Reduction;
@@ -45,7 +45,7 @@ impl Gauge {
             (false, _) => Self::new(potential, x, gradient, goal.tolerance),
             // The viscosity supports the matrix, the same in all directions.
             (true, true) => {
-                let (motions, _) = undriven(potential, x, gradient, goal.tolerance);
+                let (motions, _) = force_free_motions(potential, x, gradient, goal.tolerance);
                 Self { springs: Vec::new(), ..Self::along(motions, potential) }
             }
             (true, false) => Self::default(),
@@ -76,7 +76,7 @@ impl Gauge {
     /// Supports `matrix`, which is to be inverted, by springs of this `stiffness`.
     pub(in crate::solve) fn support(&self, matrix: &mut BlockMatrix, stiffness: f64) {
         for &(i, axis) in &self.springs {
-            matrix.stiffen(i, axis, stiffness);
+            matrix.add_to_diagonal(i, axis, stiffness);
         }
     }
 

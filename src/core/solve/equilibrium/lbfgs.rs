@@ -23,8 +23,8 @@ use std::sync::Arc;
 
 pub use spec::{Collapse, LbfgsSpec};
 
-use rollback::Mark;
-use stored::Made;
+use rollback::RollbackSnapshot;
+use stored::FactorSettings;
 
 use super::super::counters::Linear;
 use super::gauge::Gauge;
@@ -70,7 +70,7 @@ pub struct Lbfgs {
     /// Belongs to the factor.
     gauge: Gauge,
     factor: FactorState,
-    made: Made,
+    made: FactorSettings,
     /// Whether the pattern has pairs that are coupled at the moment.
     of_the_moment: bool,
     /// Whether drag supports the softest waves.
@@ -79,7 +79,7 @@ pub struct Lbfgs {
     history: History,
     /// Vertices of collapsed triangles, fixed.
     fixed: Vec<usize>,
-    mark: Option<Mark>,
+    snapshot: Option<RollbackSnapshot>,
 }
 
 impl Lbfgs {
@@ -88,7 +88,7 @@ impl Lbfgs {
     /// # Errors
     /// [`SolveError::Linear`] if the sheet is too large for one.
     pub fn new(mechanics: &Mechanics, options: LbfgsSpec) -> Result<Self, SolveError> {
-        let scope = Linear::of(mechanics.tally()).matrix.kept();
+        let scope = Linear::of(mechanics.tally()).matrix.uncounted_scope();
         let pattern = Arc::clone(mechanics.pattern());
         let matrix = BlockMatrix::zeros(Arc::clone(&pattern));
         drop(scope);
@@ -106,7 +106,7 @@ impl Lbfgs {
                 shift: DIAGONAL_SHIFT,
                 refresh: iteration::REFRESH_INTERVALS.1,
             },
-            made: Made::default(),
+            made: FactorSettings::default(),
             of_the_moment: false,
             supported: false,
             try_full_below: NEARLY_AT_REST,
@@ -116,7 +116,7 @@ impl Lbfgs {
                 mechanics.sheet().reduction().clone(),
             ),
             fixed: Vec::new(),
-            mark: None,
+            snapshot: None,
         })
     }
 
@@ -178,7 +178,7 @@ impl Lbfgs {
         self.factor.ready = self.inverse.factorise(&self.matrix, terms, x, insist).is_ok();
         if self.factor.ready {
             let x = if self.inverse.reads_shape() { x } else { &[] };
-            self.made = Made { x: x.to_vec(), insist };
+            self.made = FactorSettings { x: x.to_vec(), insist };
             self.history.clear();
         }
         Ok(self.factor.ready)
@@ -187,7 +187,7 @@ impl Lbfgs {
     /// Whether the whole Hessian at `x` is positive besides free rigid motions, where a factor can tell; it
     /// serves the next relaxation.
     fn factorise_whole(&mut self, potential: &mut Potential, x: &[Vec3]) -> Option<bool> {
-        self.keep_marked();
+        self.complete_snapshot();
         self.supported = false;
         self.fit(potential, x).ok()?;
         if !self.inverse.detects_indefinite() {
@@ -208,7 +208,7 @@ impl Lbfgs {
         let other = pattern != *self.matrix.pattern();
         if other || kind != self.kind {
             let mechanics = potential.mechanics();
-            let _scope = Linear::of(mechanics.tally()).factors.kept();
+            let _scope = Linear::of(mechanics.tally()).factors.uncounted_scope();
             self.inverse = HessianInverse::new(kind, precision, &pattern, mechanics)?;
             self.kind = kind;
             self.factor.ready = false;

@@ -17,7 +17,7 @@ mod stop;
 
 pub use constrained::{CONSTRAINT_TOLERANCE, relax};
 pub use descent::{Descent, DescentSpec};
-pub(super) use displacement_loading::{AREA_SHARE, lead};
+pub(super) use displacement_loading::{AREA_SHARE, load_incrementally};
 pub use fire::{Fire, FireSpec};
 pub(in crate::solve) use gauge::Gauge;
 pub use lbfgs::{Collapse, Lbfgs, LbfgsSpec};
@@ -51,7 +51,7 @@ pub struct Goal<'a> {
     /// leave a soft mode far from it. Infinite where forces alone decide.
     pub distance_tolerance: f64,
     /// The trust region, if there is one: leaving it gives up with [`SolveError::Departed`].
-    pub trust: Option<Trust<'a>>,
+    pub trust: Option<TrustRegion<'a>>,
     /// Whether rigid motions that pins leave free change no energy but that of an anchor.
     pub floats: bool,
 }
@@ -73,14 +73,14 @@ impl Default for Goal<'_> {
 
 /// A ball about a shape: every vertex within the same distance of where it is there.
 #[derive(Clone, Copy)]
-pub struct Trust<'a> {
+pub struct TrustRegion<'a> {
     /// The shape.
     pub centre: &'a [Vec3],
     /// The distance.
     pub radius: f64,
 }
 
-impl Trust<'_> {
+impl TrustRegion<'_> {
     /// Whether `x` lies within; a step that is shortened to the boundary ends there but for round-off, which decides nothing.
     fn contains(&self, x: &[Vec3], reduction: &Reduction) -> bool {
         !(reduction.distance(self.centre, x) > self.radius * (1.0 + ROUND_OFF))
@@ -161,7 +161,7 @@ pub trait Equilibrium: Send {
     }
 
     /// A step begins.
-    fn mark(&mut self) {}
+    fn begin_step(&mut self) {}
 
     /// That step has failed: later relaxations have the bits of one that was never made.
     fn roll_back(&mut self, _mechanics: &Mechanics) {}

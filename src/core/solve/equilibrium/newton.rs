@@ -22,7 +22,7 @@ use super::super::counters::Linear;
 use super::super::low_rank::LowRankUpdate;
 use super::gauge::Gauge;
 use super::preconditioner::Preconditioner;
-use super::stop::{FORCE_FLOOR, iterated, level, reached, stalled};
+use super::stop::{FORCE_FLOOR, iterated, reached, same_energy, stalled};
 use super::{Equilibrium, Goal, Relaxation, is_flat};
 use crate::Vec3;
 use crate::effects::{HessianPart, RankOneTerm};
@@ -66,7 +66,7 @@ impl Default for NewtonSpec {
 
 impl NewtonSpec {
     /// As it takes over from another method: the path does not matter, the energy falls.
-    pub(super) fn hasty(area_share: Fraction) -> Self {
+    pub(super) fn for_fallback(area_share: Fraction) -> Self {
         Self { area_share, path_error: Positive::ONE, ..Self::default() }
     }
 }
@@ -148,10 +148,10 @@ impl Newton {
     /// [`SolveError::Linear`] if the sheet is too large for one.
     pub fn new(mechanics: &Mechanics, options: NewtonSpec) -> Result<Self, SolveError> {
         let meters = Linear::of(mechanics.tally());
-        let scope = meters.matrix.kept();
+        let scope = meters.matrix.uncounted_scope();
         let pattern = mechanics.pattern();
         drop(scope);
-        let _scope = meters.factors.kept();
+        let _scope = meters.factors.uncounted_scope();
         Ok(Self {
             meters: meters.clone(),
             options,
@@ -163,7 +163,7 @@ impl Newton {
     /// Ends it: memory is freed where it is counted.
     pub(super) fn free(self) {
         let meters = self.meters.clone();
-        let _scope = meters.factors.kept();
+        let _scope = meters.factors.uncounted_scope();
         drop(self);
     }
 
@@ -324,7 +324,7 @@ impl Newton {
             self.solve_in(&gauge, &mut at.defect, &update);
             let allowed = self.options.path_error.get() * potential.metric().mean_edge();
             let error = 0.5 * potential.reduction().largest(&at.defect) / allowed;
-            let descends = e <= at.energy || level(potential, at.energy, e);
+            let descends = e <= at.energy || same_energy(potential, at.energy, e);
             if e.is_finite() && descends && error <= 1.0 {
                 at.accept(e);
                 // The error of a step grows with its square; near rest with the defect itself.
@@ -367,7 +367,7 @@ impl Newton {
             parallel::fill(&mut at.trial, |i| at.x[i] + far * at.step[i]);
             if potential.allows(at.x, &at.trial, self.options.area_share.get()) {
                 let e = potential.energy_gradient(&at.trial, &mut at.after);
-                if e < at.energy && !level(potential, at.energy, e) {
+                if e < at.energy && !same_energy(potential, at.energy, e) {
                     at.accept(e);
                     return true;
                 }

@@ -13,7 +13,7 @@ use super::diagonal::Diagonal;
 use crate::Vec3;
 use crate::effects::RankOneTerm;
 use crate::linear::{
-    Block, BlockMatrix, BlockPattern, FrugalCholesky, LinearError, LinearSolver, Multigrid,
+    Block, BlockMatrix, BlockPattern, LinearError, LinearSolver, MixedPrecisionCholesky, Multigrid,
     NotPositive,
 };
 use crate::model::Mechanics;
@@ -298,7 +298,7 @@ impl HessianInverse {
     ) -> Result<Self, SolveError> {
         let reduction = mechanics.sheet().reduction().clone();
         let meters = Linear::of(mechanics.tally());
-        let _scope = meters.factors.kept();
+        let _scope = meters.factors.uncounted_scope();
         let rows = pattern.rows();
         let vertices = whole(reduction.count(rows));
         let sparse = match kind.for_sheet(vertices, false) {
@@ -308,8 +308,11 @@ impl HessianInverse {
             Preconditioner::Registered(_) => BaseInverse::Solver(kind.registered(pattern)?),
             Preconditioner::Factor | Preconditioner::Auto => {
                 let double = precision.is_double(vertices);
-                let new =
-                    if double { FrugalCholesky::in_double_precision } else { FrugalCholesky::new };
+                let new = if double {
+                    MixedPrecisionCholesky::in_double_precision
+                } else {
+                    MixedPrecisionCholesky::new
+                };
                 BaseInverse::Solver(Box::new(new(Arc::clone(pattern))?))
             }
         };

@@ -129,7 +129,7 @@ const ROUND_OFF: f64 = 1e-12;
 
 /// Whether two energies are the same up to round-off. Where both are nearly nothing it is that of
 /// the energy of one edge at unit strain: turning angles add up to nothing only in exact arithmetic.
-pub(super) fn level(potential: &Potential, before: f64, after: f64) -> bool {
+pub(super) fn same_energy(potential: &Potential, before: f64, after: f64) -> bool {
     let edge = potential.force_scale() * potential.metric().mean_edge();
     (after - before).abs() <= ROUND_OFF * (before.abs() + edge)
 }

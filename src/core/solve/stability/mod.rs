@@ -110,14 +110,14 @@ impl Stability {
     /// # Errors
     /// [`SolveError::Linear`] if the sheet is too large for one.
     pub fn new(mechanics: &Mechanics) -> Result<Self, SolveError> {
-        Self::solved_by(mechanics, |pattern| Ok(Box::new(BlockLdlt::new(Arc::clone(pattern))?)))
+        Self::with_solver(mechanics, |pattern| Ok(Box::new(BlockLdlt::new(Arc::clone(pattern))?)))
     }
 
     /// The same with a solver that counts negative eigenvalues ([`LinearSolver::negative_eigenvalues`]).
     ///
     /// # Errors
     /// Those of `analyse`.
-    pub fn solved_by(mechanics: &Mechanics, analyse: Analyse) -> Result<Self, SolveError> {
+    pub fn with_solver(mechanics: &Mechanics, analyse: Analyse) -> Result<Self, SolveError> {
         let sheet = mechanics.sheet();
         let pattern = mechanics.pattern();
         Ok(Self {

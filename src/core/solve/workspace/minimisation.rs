@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::super::equilibrium::{self, Equilibrium, Goal, Relaxation, Trust, explained};
+use super::super::equilibrium::{self, Equilibrium, Goal, Relaxation, TrustRegion, explained};
 use super::super::{Result, SolveError, counters};
 use super::Workspace;
 use crate::Vec3;
@@ -164,7 +164,7 @@ impl Workspace {
         let edge = potential.metric().mean_edge();
         let goal = Goal {
             distance_tolerance: distance_tolerance * edge,
-            trust: trust.map(|radius| Trust { centre: &start, radius: radius * edge }),
+            trust: trust.map(|radius| TrustRegion { centre: &start, radius: radius * edge }),
             floats,
             tolerance,
             max_iterations: relaxer.max_iterations,
@@ -194,7 +194,7 @@ fn relax_anchored(
     (x, led): (&mut [Vec3], &[Vec3]),
     goal: &Goal<'_>,
 ) -> Result<Relaxation> {
-    let mut done = equilibrium::lead(method, potential, x, led, goal)?;
+    let mut done = equilibrium::load_incrementally(method, potential, x, led, goal)?;
     done.add(&equilibrium::relax(method, potential, x, goal)?);
     Ok(done)
 }

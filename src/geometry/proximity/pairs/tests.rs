@@ -229,13 +229,13 @@ fn a_list_that_serves_at_both_ends_of_a_step_serves_on_the_way_and_nowhere_besid
         for part in [1.0, 0.5, 0.25, 0.125] {
             let on: Vec<Vec3> = x.iter().zip(&step).map(|(x, d)| x + part * share * d).collect();
             let wanted = slowly(&sheet, &on, &RANGE);
-            passed += usize::from(proximity.list.as_ref().unwrap().passes(&on));
+            passed += usize::from(proximity.list.as_ref().unwrap().is_on_last_step(&on));
             near += wanted.len();
             assert_eq!(within(&mut proximity, &sheet, &on), wanted, "{seed}: {part}");
         }
         let mut beside = x;
         beside[3] += 0.01 * noise.vector();
-        assert!(!proximity.list.as_ref().unwrap().passes(&beside), "{seed}");
+        assert!(!proximity.list.as_ref().unwrap().is_on_last_step(&beside), "{seed}");
     }
     assert!(passed > 20 && near > 100, "{passed} shapes on the way, {near} pairs");
 }

@@ -18,7 +18,7 @@ pub(super) struct Grown {
 
 impl Grown {
     /// Looks after a call, now and then: what is wrong.
-    pub(super) fn look(&self) -> Option<String> {
+    pub(super) fn check(&self) -> Option<String> {
         if !(self.calls.fetch_add(1, Ordering::Relaxed) + 1).is_multiple_of(CHECK_INTERVAL) {
             return None;
         }

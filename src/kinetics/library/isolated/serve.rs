@@ -237,7 +237,7 @@ impl ServerState {
                 return Ok((Err(beyond), columns.bytes));
             }
         }
-        if let Some(what) = self.grown.look() {
+        if let Some(what) = self.grown.check() {
             let plugin = law.descriptor().name.clone();
             return Ok((Err(KineticsError::Misbehaves { plugin, call, what }), columns.bytes));
         }

@@ -44,7 +44,7 @@ use super::{MeyerBending, MeyerWork, VertexDerivatives};
 use crate::Vec3;
 use crate::effects::bending::HingeBending;
 use crate::effects::bending::hinge::HingeWork;
-use crate::effects::bending::rest::{Changing, Curved, RestShape};
+use crate::effects::bending::rest::{Curved, RestShape, VariableCurvature};
 use crate::effects::material::at_vertices;
 use crate::effects::{Elasticity, Energy, Material, Values};
 use crate::geometry::{Conditions, Shape};
@@ -64,7 +64,7 @@ pub(super) struct CurvedRest {
     /// C₀ of every vertex; empty for 0.
     spontaneous: Vec<f64>,
     /// The C₀ that is added and changes in a run.
-    changing: Changing,
+    changing: VariableCurvature,
     /// `1 - s` of every vertex.
     vertices_share: Values,
 }

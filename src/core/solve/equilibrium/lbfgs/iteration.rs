@@ -1,8 +1,8 @@
 //! The iteration of one relaxation: direction, step length, and when it ends.
 
 use super::super::preconditioner::SMALL_SHEET;
-use super::super::stop::{COLLAPSED, FORCE_FLOOR, iterated, level, reached};
-use super::super::{Goal, Relaxation, Trust};
+use super::super::stop::{COLLAPSED, FORCE_FLOOR, iterated, reached, same_energy};
+use super::super::{Goal, Relaxation, TrustRegion};
 use super::progress::{Outcome, Progress};
 use super::{Collapse, DIAGONAL_SHIFT, Gauge, Lbfgs, MAX_SHIFT, NEARLY_AT_REST};
 use crate::Vec3;
@@ -253,7 +253,7 @@ impl Lbfgs {
         if at.age > 0 && at.halvings > SOFT_METRIC_HALVINGS * at.age {
             self.stiffen();
         }
-        self.keep_marked();
+        self.complete_snapshot();
         self.gauge = Gauge::of(potential, x, &at.gradient, goal);
         self.refactor(potential, x, at.done.residual)?;
         self.factor.weight = rules.weight;
@@ -313,7 +313,7 @@ impl Lbfgs {
                 let e = self.evaluate(potential, &at.trial, &mut at.trial_gradient);
                 let descends = e <= at.energy + ARMIJO * length * slope;
                 // At round-off the slopes tell: still downhill, or not far uphill, at the end.
-                let level = level(potential, at.energy, e)
+                let level = same_energy(potential, at.energy, e)
                     && potential.reduction().dot(&at.trial_gradient, &at.d) <= 0.9 * slope.abs();
                 if e.is_finite() && (descends || level) {
                     return Ok(Some(e));
@@ -359,7 +359,7 @@ impl Lbfgs {
 /// The length of a step `d` from `x`, up to `most`, within the trust region; none where that is left.
 fn within(
     reduction: &Reduction,
-    trust: Option<Trust<'_>>,
+    trust: Option<TrustRegion<'_>>,
     x: &[Vec3],
     (d, most): (&[Vec3], f64),
 ) -> Option<f64> {

@@ -8,7 +8,7 @@ use super::super::newton::{Newton, NewtonSpec};
 use super::super::stop::{after, stalled};
 use super::super::{Equilibrium, Goal, Relaxation};
 use super::Lbfgs;
-use super::progress::{Outcome, handed_over, patience};
+use super::progress::{Outcome, newton_iterations, patience};
 use crate::Vec3;
 use crate::model::{Mechanics, Potential};
 use crate::record::{Malformed, Record};
@@ -38,9 +38,10 @@ impl Equilibrium for Lbfgs {
             // The factor belongs to a shape that is left behind.
             self.factor.ready = false;
             let left = goal.max_iterations.saturating_sub(done.iterations);
-            let left = Goal { max_iterations: left.min(handed_over(round)), ..*goal };
+            let left = Goal { max_iterations: left.min(newton_iterations(round)), ..*goal };
             let area_share = self.options.area_share;
-            let mut newton = Newton::new(potential.mechanics(), NewtonSpec::hasty(area_share))?;
+            let mut newton =
+                Newton::new(potential.mechanics(), NewtonSpec::for_fallback(area_share))?;
             let later = newton.relax(potential, x, &left);
             newton.free();
             match later {
@@ -61,12 +62,12 @@ impl Equilibrium for Lbfgs {
         self.factorise_whole(potential, x)
     }
 
-    fn mark(&mut self) {
-        self.set_mark();
+    fn begin_step(&mut self) {
+        self.take_snapshot();
     }
 
     fn roll_back(&mut self, mechanics: &Mechanics) {
-        self.return_to_mark(mechanics);
+        self.restore_snapshot(mechanics);
     }
 
     fn memory(&self) -> Record {

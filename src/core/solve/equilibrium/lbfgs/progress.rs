@@ -18,7 +18,7 @@ pub(super) fn patience(turns: u32) -> usize {
 }
 
 /// Steps of Newton's method at its turn number so much, from 0.
-pub(super) fn handed_over(turn: u32) -> usize {
+pub(super) fn newton_iterations(turn: u32) -> usize {
     HANDED_OVER.saturating_mul(PATIENCE_GROWTH.saturating_pow(turn))
 }
 

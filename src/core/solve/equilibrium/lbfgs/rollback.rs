@@ -9,34 +9,34 @@ use crate::record::Record;
 
 /// Where a step began.
 #[derive(Debug)]
-pub(super) struct Mark {
+pub(super) struct RollbackSnapshot {
     factor: FactorState,
     /// All of it; where steps teach nothing, only once the factor goes.
     record: Option<Record>,
 }
 
 impl Lbfgs {
-    pub(super) fn set_mark(&mut self) {
+    pub(super) fn take_snapshot(&mut self) {
         let record = self.inverse.is_vertexwise().then(|| self.written());
-        self.mark = Some(Mark { factor: self.factor, record });
+        self.snapshot = Some(RollbackSnapshot { factor: self.factor, record });
     }
 
     /// Before the factor goes.
-    pub(super) fn keep_marked(&mut self) {
-        if let Some(mut mark) = self.mark.take() {
-            if mark.record.is_none() {
-                std::mem::swap(&mut self.factor, &mut mark.factor);
-                mark.record = Some(self.written());
-                std::mem::swap(&mut self.factor, &mut mark.factor);
+    pub(super) fn complete_snapshot(&mut self) {
+        if let Some(mut snapshot) = self.snapshot.take() {
+            if snapshot.record.is_none() {
+                std::mem::swap(&mut self.factor, &mut snapshot.factor);
+                snapshot.record = Some(self.written());
+                std::mem::swap(&mut self.factor, &mut snapshot.factor);
             }
-            self.mark = Some(mark);
+            self.snapshot = Some(snapshot);
         }
     }
 
-    pub(super) fn return_to_mark(&mut self, mechanics: &Mechanics) {
-        let Some(mut mark) = self.mark.take() else { return };
-        match mark.record.take() {
-            None => std::mem::swap(&mut self.factor, &mut mark.factor),
+    pub(super) fn restore_snapshot(&mut self, mechanics: &Mechanics) {
+        let Some(mut snapshot) = self.snapshot.take() else { return };
+        match snapshot.record.take() {
+            None => std::mem::swap(&mut self.factor, &mut snapshot.factor),
             // What was written by itself can be read.
             Some(record) => {
                 if record.read().and_then(|memory| self.take_over(memory, mechanics)).is_err() {

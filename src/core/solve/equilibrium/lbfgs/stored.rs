@@ -18,7 +18,7 @@ use crate::record::{Malformed, Record};
 
 /// How the factor was made, besides its matrix.
 #[derive(Debug, Default, Clone, Serialize, Deserialize)]
-pub(super) struct Made {
+pub(super) struct FactorSettings {
     /// At which shape; empty where only the matrix matters.
     pub(super) x: Vec<Vec3>,
     /// Whether it was to succeed at some expense.
@@ -50,7 +50,7 @@ struct Matrix<'a> {
     /// Its pattern, where pairs of the moment are a part of it.
     pairs: Option<Vec<[u32; 2]>>,
     values: Cow<'a, Values>,
-    made: Cow<'a, Made>,
+    made: Cow<'a, FactorSettings>,
     terms: Cow<'a, [RankOneTerm]>,
 }
 

@@ -8,12 +8,12 @@ use crate::sheet::Sheet;
 
 impl Values<'_> {
     /// Whether anything stands between chemistry and shape.
-    pub(super) fn goes_through(&self) -> bool {
+    pub(super) fn has_intermediates(&self) -> bool {
         self.factor_slopes.is_some() || self.curvature_slopes.is_some() || !self.read.is_empty()
     }
 
     /// Where the spontaneous curvatures and the species of the vertices begin among q, and how many q there are.
-    pub(super) fn middle(&self, sheet: &Sheet) -> [usize; 3] {
+    pub(super) fn intermediates(&self, sheet: &Sheet) -> [usize; 3] {
         let (edges, vertices) = (sheet.edges().len(), sheet.vertex_count());
         let species = edges + self.curvature_slopes.as_ref().map_or(0, |_| vertices);
         [edges, species, species + self.read.len() * vertices]
@@ -43,13 +43,13 @@ pub(super) fn factor_slopes(
 }
 
 /// ∂F/∂q.
-pub(super) fn residual_by_middle(
+pub(super) fn residual_by_intermediates(
     potential: &mut Potential,
     at: &Values<'_>,
     entries: &mut Entries<'_>,
 ) {
     let layout = at.layout;
-    let [curvatures, species, _] = at.middle(potential.sheet());
+    let [curvatures, species, _] = at.intermediates(potential.sheet());
     let vertices = potential.sheet().vertex_count();
     let mut add = |vertex: usize, column: usize, by: Vec3| {
         for axis in 0..3 {
@@ -83,7 +83,7 @@ pub(super) fn residual_by_middle(
 }
 
 /// ∂q/∂y.
-pub(super) fn middle_by_unknowns(
+pub(super) fn intermediates_by_unknowns(
     potential: &Potential,
     at: &Values<'_>,
     entries: &mut Entries<'_>,
@@ -98,7 +98,7 @@ pub(super) fn middle_by_unknowns(
             }
         }
     }
-    let [curvatures, species, _] = at.middle(sheet);
+    let [curvatures, species, _] = at.intermediates(sheet);
     for (s, slope) in at.curvature_slopes.iter().flatten().enumerate() {
         for (v, slope) in slope.iter().enumerate() {
             by_vertex(potential, at, (curvatures + v, s, v), *slope, entries);
