@@ -17,12 +17,12 @@ use std::time::Instant;
 
 use rumple::Vec3;
 use rumple::geometry::Crossings;
-use rumple::geometry::proximity::{Proximity, Range};
+use rumple::geometry::proximity::{Proximity, Reach};
 use rumple::sheet::Sheet;
 
 /// The reach of vertices, in edges.
 const REACH: f64 = 1.0;
-const RANGE: Range = Range { points: REACH, edges: 0.5 * REACH, shrinkage: 1.0 };
+const RANGE: Reach = Reach { points: REACH, edges: 0.5 * REACH, shrinkage: 1.0 };
 /// Layers of pleats are this far apart, and straight on this length, in edges.
 const LAYER_GAP: f64 = 0.9 * REACH;
 const STRAIGHT_LENGTH: f64 = 12.0;

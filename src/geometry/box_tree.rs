@@ -57,7 +57,7 @@ impl Bounds {
 
     /// Whether the two have a point in common.
     #[inline]
-    pub(crate) fn meets(&self, other: &Self) -> bool {
+    pub(crate) fn intersects(&self, other: &Self) -> bool {
         (0..3).all(|a| self.least[a] <= other.largest[a] && other.least[a] <= self.largest[a])
     }
 }

@@ -111,11 +111,11 @@ impl Crossings {
         let of_first = |t: u32| self.first.is_some_and(|first| (t as usize) < first);
         let counts = |other: u32| self.first.is_none() || of_first(t) != of_first(other);
         self.tree.visit(
-            |node| node.meets(&own),
+            |node| node.intersects(&own),
             place + 1,
             |other| {
                 if counts(other)
-                    && bounds(other).meets(&own)
+                    && bounds(other).intersects(&own)
                     && cross(&corners(t), &corners(other), x)
                 {
                     found([t.min(other) as usize, t.max(other) as usize]);

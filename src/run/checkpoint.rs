@@ -94,7 +94,7 @@ pub struct Checkpoint {
     state: State,
     solvers: SolverMemory,
     /// Which part of a sheet over ranks it is of.
-    pub(super) spread: Option<Share>,
+    pub(super) share: Option<Share>,
 }
 
 impl Checkpoint {
@@ -260,7 +260,7 @@ impl Checkpoints {
                 spent: simulation.spent(),
                 state: simulation.stepper.state.clone(),
                 solvers: SolverMemory::of(simulation),
-                spread: simulation.spread.as_ref().map(RankPart::share),
+                share: simulation.rank_part.as_ref().map(RankPart::share),
             };
             self.held = Some(Held { checkpoint, at, took: at.elapsed(), written: false });
         }

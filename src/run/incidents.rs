@@ -9,14 +9,14 @@ use crate::output::events::{Event, Events};
 use crate::solve::StepReport;
 
 /// Events of a run, and its stability where the scene asks for it.
-pub(super) struct Incidents {
+pub(super) struct RunEvents {
     pub(super) events: Events,
     pub(super) monitor: Option<StabilityMonitor>,
     /// Negative-curvature directions of the last state; NaN where they are not known.
     pub(super) negative: Option<f64>,
 }
 
-impl Incidents {
+impl RunEvents {
     /// Opens the list of events, after those at `results`.
     ///
     /// # Errors

@@ -34,7 +34,7 @@ fn counts(cause: Cause, held: bool) -> bool {
 
 /// Their row.
 fn causes(report: &StepReport, held: bool) -> impl Iterator<Item = f64> {
-    let rejected = report.rejected.each().filter(move |(cause, _)| counts(*cause, held));
+    let rejected = report.rejected.iter().filter(move |(cause, _)| counts(*cause, held));
     let counts = rejected.map(|(_, count)| count).chain([report.not_finite]);
     counts.map(|count| real(usize::try_from(count).unwrap_or(usize::MAX)))
 }

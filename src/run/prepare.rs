@@ -126,8 +126,8 @@ fn on(
     let mut setup = SetupCost::begin();
     let read = |file: &Path| {
         let mut surface = read_surface(file)?;
-        if let Some((_, spread)) = &of {
-            spread.part.restrict_surface(&mut surface);
+        if let Some((_, rank_part)) = &of {
+            rank_part.part.restrict_surface(&mut surface);
         }
         Ok(surface)
     };
@@ -152,8 +152,8 @@ fn on(
     note_model(scene, &model, &mut notes)?;
     stepper.state = match &of {
         None => initial_state::state(scene, &sheet, &model)?,
-        Some((around, spread)) => {
-            super::ranks::restricted(&spread.part, initial_state::state(scene, around, &model)?)
+        Some((around, rank_part)) => {
+            super::ranks::restricted(&rank_part.part, initial_state::state(scene, around, &model)?)
         }
     };
     let fields = fields(scene, &stepper, material.as_ref())?;
@@ -171,7 +171,7 @@ fn on(
         setup,
         invariants,
         spent: crate::tally::Spent::default(),
-        spread: of.map(|(_, spread)| spread),
+        rank_part: of.map(|(_, part)| part),
         processor: Processor::default(),
     };
     start(scene, &mut simulation)?;
@@ -233,9 +233,9 @@ fn problem<'a>(
     let parameters = match laws {
         Some(laws) => match of {
             None => laws::parameter_fields(scene, sheet, location, laws)?,
-            Some((around, spread)) => {
+            Some((around, rank_part)) => {
                 let mut fields = laws::parameter_fields(scene, around, location, laws)?;
-                fields.at_points.iter_mut().for_each(|values| spread.part.restrict(values));
+                fields.at_points.iter_mut().for_each(|values| rank_part.part.restrict(values));
                 fields
             }
         },

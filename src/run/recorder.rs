@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use super::checkpoint::{Checkpoint, Checkpoints, ResultsSoFar};
 use super::forecast::{Clock, RunForecast};
-use super::incidents::Incidents;
+use super::incidents::RunEvents;
 use super::invariants::Invariants;
 use super::observe::{Frames, LedgerRows, Observer, StepInfo, StopRules};
 use super::schedule::OutputSchedule;
@@ -103,7 +103,7 @@ impl RunClock {
 pub(super) struct Recorder<'a> {
     session: Session<'a>,
     outputs: RunObservers,
-    incidents: Incidents,
+    incidents: RunEvents,
     clock: RunClock,
     schedule: OutputSchedule,
     checkpoints: Checkpoints,
@@ -124,7 +124,7 @@ impl<'a> Recorder<'a> {
     pub(super) fn new(
         session: Session<'a>,
         simulation: &Simulation,
-        (outputs, incidents): (RunObservers, Incidents),
+        (outputs, incidents): (RunObservers, RunEvents),
         (from, first): (Option<&Checkpoint>, &StepReport),
         clock: RunClock,
     ) -> Result<Self> {

@@ -123,7 +123,7 @@ fn restore(
     if parts.is_empty() {
         return checkpoint.restore(simulation);
     }
-    let part = simulation.spread.as_ref().map(|spread| &spread.part);
+    let part = simulation.rank_part.as_ref().map(|rank_part| &rank_part.part);
     let state = checkpoints::state_of(parts, part).ok_or(Malformed)?;
     checkpoint.continue_from(state, simulation);
     Ok(())

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::checkpoint::Checkpoint;
 use super::costs::{Costs, peak_resident};
 use super::forecast::Clock;
-use super::incidents::Incidents;
+use super::incidents::RunEvents;
 use super::observe::Observer;
 use super::recorder::{Recorder, RunClock, RunObservers};
 use super::resume::Resumed;
@@ -128,7 +128,7 @@ fn stepped(
     let aside = progress.aside();
     simulation.set_control(Control::new(move || interrupt.requested(), move |t| aside.report(t)));
     let mut session = Session { scene, directory, progress, interrupt };
-    let mut incidents = Incidents::open(&session, simulation, results)?;
+    let mut incidents = RunEvents::open(&session, simulation, results)?;
     let outputs = RunObservers::open(&session, simulation, from, incidents.monitor.is_some())?;
     let mut latest = match from {
         None => start(&mut session, simulation, &mut incidents)?,
@@ -155,7 +155,7 @@ fn stepped(
 fn start(
     session: &mut Session<'_>,
     simulation: &mut Simulation,
-    incidents: &mut Incidents,
+    incidents: &mut RunEvents,
 ) -> Result<StepReport> {
     let start = simulation.stepper.state.clone();
     if simulation.model().moves() && !simulation.at_rest {

@@ -60,7 +60,7 @@ pub struct Simulation {
     /// What relaxing the start and stepping have cost.
     pub(crate) spent: Spent,
     /// What it has of the sheet, where that is spread over ranks.
-    pub(crate) spread: Option<RankPart>,
+    pub(crate) rank_part: Option<RankPart>,
     /// Tells their processor time.
     pub(crate) processor: Processor,
 }
@@ -89,7 +89,7 @@ impl Simulation {
     /// What of a surface of the whole sheet this rank has; all of it in one process.
     #[must_use]
     pub fn part_of(&self, mut surface: Surface) -> Surface {
-        if let Some(RankPart { part, .. }) = &self.spread {
+        if let Some(RankPart { part, .. }) = &self.rank_part {
             part.restrict_surface(&mut surface);
         }
         surface
@@ -97,7 +97,9 @@ impl Simulation {
 
     /// The record of its mesh, the whole one.
     pub(super) fn mesh(&self) -> MeshRecord {
-        self.spread.as_ref().map_or_else(|| mesh_record(self.sheet()), |spread| spread.mesh.clone())
+        self.rank_part
+            .as_ref()
+            .map_or_else(|| mesh_record(self.sheet()), |rank_part| rank_part.mesh.clone())
     }
 
     /// The model.

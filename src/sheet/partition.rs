@@ -14,7 +14,9 @@ use std::sync::Arc;
 
 use rumple_numerics::Vec3;
 use rumple_numerics::num::index;
-use rumple_numerics::reduction::{Communicator, Distribution, Points, Reduction, Traffic};
+use rumple_numerics::reduction::{
+    CommunicationCounts, Communicator, Distribution, Points, Reduction,
+};
 
 use super::generate::lattice::{Lattice, Patch};
 use super::topology::Share;
@@ -134,7 +136,7 @@ impl Part {
             vertices: cut.halo(&vertices, owned, |v| owners[v as usize], |v| cut.ranks_near(v, 2)),
             faces: cut.halo(&triangles, faces, |t| cut.counted_by(t), |t| cut.ranks_of_face(t)),
             communicator,
-            traffic: Traffic::default(),
+            traffic: CommunicationCounts::default(),
         };
         let euler = if rank == 0 { whole.euler_characteristic() } else { 0 };
         let of = [whole.vertex_count(), whole.triangle_count()];

@@ -16,7 +16,7 @@ use std::collections::HashMap;
 
 use serde::Serialize;
 
-use super::check::{self, Fault, Finding, MAX_PLACES, Union};
+use super::check::{self, DisjointSets, Fault, Finding, MAX_PLACES};
 use super::quality::{ZERO_QUALITY, triangle_quality};
 use super::surface::Surface;
 use super::{Sheet, SheetError};
@@ -140,7 +140,7 @@ impl Bench {
         for &v in self.surface.triangles.iter().flatten() {
             used[v as usize] = true;
         }
-        let mut same = Union::new(points.len());
+        let mut same = DisjointSets::new(points.len());
         let mut pairs = Vec::new();
         if distance > 0.0 {
             near(points, distance, |a, b| pairs.push((a, b)));
@@ -278,7 +278,7 @@ impl Bench {
     /// Removes parts of less than the share `small` of the area.
     fn remove_small(&mut self, small: f64) {
         let Surface { points, triangles, .. } = &self.surface;
-        let mut part = Union::new(points.len());
+        let mut part = DisjointSets::new(points.len());
         for &[a, b, c] in triangles {
             part.join(a as usize, b as usize);
             part.join(b as usize, c as usize);

@@ -1,10 +1,10 @@
 //! What members are taken to need.
 
-use rumple::study::run::{Needs, available};
+use rumple::study::run::{MemoryEstimates, available};
 
 #[test]
 fn needs_go_by_the_nearest_in_size_and_by_the_ended_before_the_running() {
-    let mut needs = Needs::default();
+    let mut needs = MemoryEstimates::default();
     assert_eq!(needs.of(1000), None);
     needs.set_running(vec![(1000, 100)]);
     assert_eq!(needs.of(1000), Some(150), "with room for growth");

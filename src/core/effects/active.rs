@@ -137,7 +137,7 @@ fn by_formula(
         );
     };
     let corners = sheet.triangles().to_vec();
-    let elements = Elements::at_once("active-tension", sheet, corners, make);
+    let elements = Elements::with_shared_evaluation("active-tension", sheet, corners, make);
     read.into_iter().enumerate().fold(elements, |elements, (k, species)| {
         let of = Arc::clone(&shared);
         elements.reading(species, move |conditions| {

@@ -172,14 +172,14 @@ impl<const K: usize, E: Element<K>> Elements<K, E> {
         make: impl Fn(&Conditions<'_>, usize) -> E + Send + Sync + 'static,
     ) -> Self {
         let count = corners.len();
-        Self::at_once(name, sheet, corners, move |conditions, into| {
+        Self::with_shared_evaluation(name, sheet, corners, move |conditions, into| {
             into.extend((0..count).map(|e| make(conditions, e)));
         })
     }
 
     /// The same, where `make` adds the parameters of all elements in their order: what they have in common is evaluated once.
     #[must_use]
-    pub fn at_once(
+    pub fn with_shared_evaluation(
         name: &str,
         sheet: &Sheet,
         corners: Vec<[u32; K]>,

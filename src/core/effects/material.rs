@@ -84,17 +84,17 @@ impl Elasticity {
     /// Y of the triangles, force per length.
     #[must_use]
     pub fn stretching_modulus(&self) -> Values {
-        self.each(Material::stretching_modulus)
+        self.per_triangle(Material::stretching_modulus)
     }
 
     /// B of the triangles, energy.
     #[must_use]
     pub fn bending_rigidity(&self) -> Values {
-        self.each(Material::bending_rigidity)
+        self.per_triangle(Material::bending_rigidity)
     }
 
     /// What `of` makes of the constants of every triangle.
-    pub(crate) fn each(&self, of: impl Fn(&Material) -> f64) -> Values {
+    pub(crate) fn per_triangle(&self, of: impl Fn(&Material) -> f64) -> Values {
         let at = |t: usize| {
             let [young, poisson, thickness] = self.constants().map(|values| values.at(t));
             of(&Material { young, poisson, thickness })

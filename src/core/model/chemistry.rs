@@ -87,7 +87,7 @@ impl Chemistry {
             law,
             meters,
         };
-        made.count(&tally);
+        made.count_with(&tally);
         made
     }
 
@@ -112,7 +112,7 @@ impl Chemistry {
     }
 
     /// Counts what it costs with `tally` from now on.
-    pub(super) fn count(&mut self, tally: &Tally) {
+    pub(super) fn count_with(&mut self, tally: &Tally) {
         let descriptor = self.kinetics.descriptor();
         self.tally = tally.clone();
         self.law = counters::of_law(tally, &descriptor.title());
@@ -121,7 +121,7 @@ impl Chemistry {
         let names: Vec<String> = self.transports.iter().map(of).collect();
         let names = numbered(names.iter().map(String::as_str));
         self.meters = names.iter().map(|name| counters::of_transport(tally, name)).collect();
-        self.signals.count(tally);
+        self.signals.count_with(tally);
     }
 
     /// Names of the transports: no two are the same.

@@ -82,7 +82,7 @@ impl Model {
     ) -> Self {
         let mut chemistry = chemistry;
         if let Some(chemistry) = &mut chemistry {
-            chemistry.count(mechanics.tally());
+            chemistry.count_with(mechanics.tally());
         }
         let (growth, internal) = (Vec::new(), Vec::new());
         Self { mechanics, chemistry, growth, internal, storage, drag }

@@ -85,7 +85,7 @@ impl Signals {
             // Of use to the tension alone, which is refused without a material.
             modulus: material.map_or(Values::Same(0.0), Elasticity::stretching_modulus),
             areal_modulus: material.map_or(Values::Same(0.0), |material| {
-                material.each(|m| m.stretching_modulus() / (1.0 - m.poisson))
+                material.per_triangle(|m| m.stretching_modulus() / (1.0 - m.poisson))
             }),
             reading,
             rest_area: rest_area.into(),
@@ -101,7 +101,7 @@ impl Signals {
     }
 
     /// Counts what they cost from now on.
-    pub(super) fn count(&mut self, tally: &Tally) {
+    pub(super) fn count_with(&mut self, tally: &Tally) {
         let each = self.wanted.iter().map(|signal| counters::of_signal(tally, signal.name()));
         self.meters = std::iter::once(counters::of_curvature(tally)).chain(each).collect();
     }

@@ -148,7 +148,7 @@ impl Causes {
     }
 
     /// Every cause with how many there are of it.
-    pub fn each(self) -> impl Iterator<Item = (Cause, u64)> {
+    pub fn iter(self) -> impl Iterator<Item = (Cause, u64)> {
         Cause::ALL.into_iter().zip(self.0)
     }
 }
@@ -156,7 +156,7 @@ impl Causes {
 impl fmt::Display for Causes {
     /// As `12 error, 3 law`: those that there are, the most frequent first.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut all: Vec<_> = self.each().filter(|(_, count)| *count > 0).collect();
+        let mut all: Vec<_> = self.iter().filter(|(_, count)| *count > 0).collect();
         all.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
         let words = all.iter().map(|(cause, count)| format!("{count} {}", cause.name()));
         f.write_str(&words.collect::<Vec<_>>().join(", "))

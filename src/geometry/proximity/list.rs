@@ -15,7 +15,7 @@ use rumple_sheet::Sheet;
 use super::clusters::Cluster;
 use super::deformation::{Bound, Deformation, Gradient, change};
 use super::neighbours::{ClusterMotion, MAX_APPROACH_RATE, Neighbours};
-use super::pairs::{Pair, Range};
+use super::pairs::{Pair, Reach};
 
 /// Up to this share of all clusters are asked alone.
 const FEW_CLUSTERS_SHARE: f64 = 0.25;
@@ -36,9 +36,9 @@ fn same(x: &[Vec3], y: &[Vec3]) -> bool {
 
 /// Pairs, and how far the shape may go from where they were listed.
 #[derive(Debug)]
-pub(super) struct List {
+pub(super) struct PairList {
     pub(super) at: Vec<Vec3>,
-    pub(super) range: Range,
+    pub(super) range: Reach,
     /// Pairs by vertex and triangle, then by edges.
     pub(super) pairs: Vec<Pair>,
     pub(super) neighbours: Neighbours,
@@ -112,12 +112,12 @@ impl Seen {
     }
 }
 
-impl List {
+impl PairList {
     /// At `x` for this range and mean edge, where patches that hold have `needed`.
     pub(super) fn new(
         (clusters, edge): (&[Cluster], f64),
         (x, gradients): (&[Vec3], Vec<Gradient>),
-        (range, needed): (Range, f64),
+        (range, needed): (Reach, f64),
         (pairs, neighbours, bounds): (Vec<Pair>, Neighbours, Vec<Option<Bound>>),
     ) -> Self {
         let mut allowance = vec![f64::INFINITY; clusters.len()];

@@ -14,4 +14,4 @@ mod search;
 
 pub use advance::{PairKind, at};
 pub use nearest::{Corners, Nearest, edge_edge, point_edge, point_point, point_triangle};
-pub use pairs::{Pair, Proximity, Range};
+pub use pairs::{Pair, Proximity, Reach};

@@ -188,7 +188,7 @@ impl Neighbours {
 
     /// Takes over the pairs of clusters that have used up little of what they may approach since those `before`, as
     /// vertices have `moved`.
-    pub(super) fn keep(
+    pub(super) fn reuse_pairs(
         &mut self,
         clusters: &[Cluster],
         before: &Self,

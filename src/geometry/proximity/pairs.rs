@@ -17,7 +17,7 @@ use rumple_sheet::Sheet;
 use super::advance::{PairKind, at};
 use super::clusters::{Cluster, clusters};
 use super::deformation::{Deformation, Deformed, changes};
-use super::list::List;
+use super::list::PairList;
 use super::neighbours::Neighbours;
 use super::patches::Patch;
 use super::search::{Limit, PairSearch};
@@ -35,7 +35,7 @@ const MIN_DISTANCE_SHARE: f64 = 0.1;
 
 /// Which distances count.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Range {
+pub struct Reach {
     /// The reach of vertices and triangles.
     pub points: f64,
     /// The reach of two edges.
@@ -44,7 +44,7 @@ pub struct Range {
     pub shrinkage: f64,
 }
 
-impl Range {
+impl Reach {
     /// The reach of features that are so far apart at rest.
     #[inline]
     #[must_use]
@@ -82,7 +82,7 @@ pub struct Proximity {
     deformation: Deformation,
     /// Mean edge at rest.
     edge: f64,
-    list: Option<List>,
+    list: Option<PairList>,
     /// Memory of where a step ends.
     end: Vec<Vec3>,
 }
@@ -113,13 +113,13 @@ impl Proximity {
 
     /// All pairs of a vertex and a triangle that may be within their reach at `x`, by vertex and triangle, and all such
     /// pairs of edges.
-    pub fn near(&mut self, sheet: &Sheet, x: &[Vec3], range: &Range) -> (&[Pair], &[Pair]) {
+    pub fn near(&mut self, sheet: &Sheet, x: &[Vec3], range: &Reach) -> (&[Pair], &[Pair]) {
         let pairs = &self.listed(sheet, x, range).pairs;
         pairs.split_at(pairs.partition_point(|pair| pair.kind == PairKind::PointTriangle))
     }
 
     /// Whether anything may touch or cross at `x`: no, where all that no patch keeps apart is further away than its reach.
-    pub fn any_near(&mut self, sheet: &Sheet, x: &[Vec3], range: &Range) -> bool {
+    pub fn any_near(&mut self, sheet: &Sheet, x: &[Vec3], range: &Reach) -> bool {
         self.listed(sheet, x, range).neighbours.any()
     }
 
@@ -130,7 +130,7 @@ impl Proximity {
         &mut self,
         sheet: &Sheet,
         (x, direction): (&[Vec3], &[Vec3]),
-        range: &Range,
+        range: &Reach,
     ) -> f64 {
         self.listed(sheet, x, range);
         let mut end = std::mem::take(&mut self.end);
@@ -144,7 +144,7 @@ impl Proximity {
         let least = |pairs: &[Pair]| -parallel::max(pairs.len(), |k| -share(&pairs[k]));
         let on_sheet = (sheet, self.clusters.as_slice());
         let serves =
-            |list: &mut List| list.is_valid_on_step(on_sheet, (x, &mut end), &self.deformation);
+            |list: &mut PairList| list.is_valid_on_step(on_sheet, (x, &mut end), &self.deformation);
         let blocked = match self.list.as_mut().is_some_and(serves) {
             true => self.list.as_ref().map_or(1.0, |list| least(&list.pairs)),
             false => least(&self.on_path(sheet, (x, direction), &end, range)),
@@ -154,10 +154,10 @@ impl Proximity {
     }
 
     /// A list that serves at `x`.
-    fn listed(&mut self, sheet: &Sheet, x: &[Vec3], range: &Range) -> &List {
+    fn listed(&mut self, sheet: &Sheet, x: &[Vec3], range: &Reach) -> &PairList {
         let mut before = self.list.take().filter(|list| list.range == *range);
         let on_sheet = (sheet, self.clusters.as_slice());
-        let serves = |list: &mut List| list.is_valid_at(on_sheet, x, &self.deformation);
+        let serves = |list: &mut PairList| list.is_valid_at(on_sheet, x, &self.deformation);
         let list = match before.as_mut().is_some_and(serves) {
             true => before.take(),
             false => None,
@@ -167,7 +167,13 @@ impl Proximity {
     }
 
     /// The list at `x`, after the one `before`.
-    fn make(&mut self, sheet: &Sheet, x: &[Vec3], range: Range, before: Option<List>) -> List {
+    fn make(
+        &mut self,
+        sheet: &Sheet,
+        x: &[Vec3],
+        range: Reach,
+        before: Option<PairList>,
+    ) -> PairList {
         let Self { clusters, deformation, .. } = &*self;
         let deformed = deformation.at((sheet, clusters), x);
         let needed = MAX_REACH_SHARE * range.shrinkage;
@@ -189,7 +195,7 @@ impl Proximity {
         let mut neighbours = Neighbours::find(parts, (x, None), &limit, (&apart, beyond));
         if let Some(before) = &before {
             let moved = |v: u32| x[v as usize] - before.at[v as usize];
-            neighbours.keep(&self.clusters, &before.neighbours, &moved);
+            neighbours.reuse_pairs(&self.clusters, &before.neighbours, &moved);
         }
         let keep = |kind: PairKind, corners: &[u32; 4]| {
             let distance = kind.distance(&at(x, corners)) - slack;
@@ -199,7 +205,7 @@ impl Proximity {
         };
         let search = PairSearch { sheet, x, d: None, limit, keep: &keep };
         let pairs = neighbours.pairs(&self.clusters, &search);
-        List::new(
+        PairList::new(
             (&self.clusters, self.edge),
             (x, deformed.gradients),
             (range, needed),
@@ -213,10 +219,10 @@ impl Proximity {
         sheet: &Sheet,
         (x, d): (&[Vec3], &[Vec3]),
         end: &[Vec3],
-        range: &Range,
+        range: &Reach,
     ) -> Vec<Pair> {
         let Self { clusters, tree, deformation, list, .. } = self;
-        let Some(List { gradients, bounds, .. }) = list else { return Vec::new() };
+        let Some(PairList { gradients, bounds, .. }) = list else { return Vec::new() };
         let [at_start, at_end] = [x, end].map(|x| deformation.at((sheet, clusters), x));
         let needed = MIN_DISTANCE_SHARE * MAX_REACH_SHARE * range.shrinkage;
         let changes = changes(clusters, gradients, &at_end.gradients);
@@ -242,7 +248,7 @@ impl Proximity {
 }
 
 /// The reach of a pair.
-fn reach(kind: PairKind, sheet: &Sheet, corners: &[u32; 4], range: &Range) -> f64 {
+fn reach(kind: PairKind, sheet: &Sheet, corners: &[u32; 4], range: &Reach) -> f64 {
     range.at(kind, kind.distance(&at(sheet.rest(), corners)))
 }
 

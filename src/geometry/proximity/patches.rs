@@ -145,7 +145,9 @@ impl<'a> Patches<'a> {
         tree.visit(enter, 0, |j| {
             let other = &self.clusters[j as usize];
             let apart = (own.centre - other.centre).norm();
-            if apart <= limit(own.radius.max(other.radius)) || boxes[k].meets(&boxes[j as usize]) {
+            if apart <= limit(own.radius.max(other.radius))
+                || boxes[k].intersects(&boxes[j as usize])
+            {
                 covers.push(j);
             }
         });

@@ -6,12 +6,12 @@ use rumple_sheet::Sheet;
 use super::advance::PairKind;
 use super::ball::Ball;
 use super::clusters::Cluster;
-use super::pairs::{Pair, Range};
+use super::pairs::{Pair, Reach};
 
 /// Which pairs are wanted: those that come nearer than a share of their reach, by more than `slack` further away.
 #[derive(Clone, Copy)]
 pub(super) struct Limit<'a> {
-    pub(super) range: &'a Range,
+    pub(super) range: &'a Reach,
     pub(super) share: f64,
     pub(super) slack: f64,
 }

@@ -49,14 +49,14 @@ pub struct Points {
 
 /// How often a rank has communicated with others.
 #[derive(Debug, Default)]
-pub struct Traffic {
+pub struct CommunicationCounts {
     reductions: AtomicU64,
     updates: AtomicU64,
     messages: AtomicU64,
     bytes: AtomicU64,
 }
 
-impl Traffic {
+impl CommunicationCounts {
     /// Reductions over all ranks; updates of ghosts, with the messages and the bytes sent by them.
     #[must_use]
     pub fn counts(&self) -> [(&'static str, u64); 4] {
@@ -83,27 +83,27 @@ pub struct Distribution {
     /// Its triangles.
     pub faces: Points,
     /// What was communicated by the methods of [`Reduction`](super::Reduction).
-    pub traffic: Traffic,
+    pub traffic: CommunicationCounts,
 }
 
 impl Distribution {
     /// Sums over the ranks.
     pub(super) fn sum(&self, values: &mut [f64]) {
-        Traffic::add(&self.traffic.reductions, 1);
+        CommunicationCounts::add(&self.traffic.reductions, 1);
         self.communicator.sum(values);
     }
 
     /// The largest of the ranks.
     pub(super) fn max(&self, values: &mut [f64]) {
-        Traffic::add(&self.traffic.reductions, 1);
+        CommunicationCounts::add(&self.traffic.reductions, 1);
         self.communicator.max(values);
     }
 
     fn exchange(&self, send: &[(usize, Vec<f64>)], receive: &mut [(usize, Vec<f64>)]) {
-        Traffic::add(&self.traffic.updates, 1);
-        Traffic::add(&self.traffic.messages, send.len());
+        CommunicationCounts::add(&self.traffic.updates, 1);
+        CommunicationCounts::add(&self.traffic.messages, send.len());
         let numbers: usize = send.iter().map(|(_, values)| values.len()).sum();
-        Traffic::add(&self.traffic.bytes, size_of::<f64>() * numbers);
+        CommunicationCounts::add(&self.traffic.bytes, size_of::<f64>() * numbers);
         self.communicator.exchange(send, receive);
     }
 

@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use crate::Vec3;
 use crate::parallel::{self, vectors};
-pub use distribution::{Communicator, Distribution, Points, Traffic};
+pub use distribution::{CommunicationCounts, Communicator, Distribution, Points};
 
 /// What sums, maxima and decisions are taken over.
 #[derive(Clone, Default)]

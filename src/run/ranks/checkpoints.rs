@@ -23,7 +23,7 @@ pub(crate) struct UsableCheckpoint {
 /// How many ranks the run in `root` had.
 pub(crate) fn ranks_of(root: &Path) -> usize {
     let newest = readable(root, &|_| true).pop_last();
-    newest.and_then(|(_, path)| read(&path)?.spread).map_or(1, |share| share.ranks)
+    newest.and_then(|(_, path)| read(&path)?.share).map_or(1, |share| share.ranks)
 }
 
 /// The last usable checkpoint of a run in `root` for this rank of `now`; `fits` says of one of the first rank whether the
@@ -98,7 +98,7 @@ pub(crate) fn state_of(parts: &[PathBuf], part: Option<&Part>) -> Option<State> 
     let mut made = State::default();
     for path in parts {
         let of_rank = read(path)?;
-        let (share, state) = (of_rank.spread.as_ref()?, of_rank.state());
+        let (share, state) = (of_rank.share.as_ref()?, of_rank.state());
         let [on_vertices, on_faces] = places.get_or_insert_with(|| match part {
             None => share.whole.map(Places::All),
             Some(part) => [&part.vertices, &part.triangles].map(|numbers| Places::of(numbers)),

@@ -36,9 +36,9 @@ impl Edges {
 }
 
 /// Disjoint sets; the root of a set is its smallest member.
-pub(crate) struct Union(Vec<u32>);
+pub(crate) struct DisjointSets(Vec<u32>);
 
-impl Union {
+impl DisjointSets {
     pub(crate) fn new(size: usize) -> Self {
         Self((0..size).map(index).collect())
     }

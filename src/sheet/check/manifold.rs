@@ -3,7 +3,7 @@
 use rumple_numerics::Vec3;
 use rumple_numerics::num::real;
 
-use super::graph::{Edges, Union};
+use super::graph::{DisjointSets, Edges};
 use super::{Fault, Findings, MAX_PLACES};
 
 /// Enclosed volume over the sum of its parts' absolute values, below which the sign is one of round-off.
@@ -43,7 +43,7 @@ impl Findings<'_> {
         let corner = |t: usize, v: u32| {
             3 * t + triangles[t].iter().position(|&w| w == v).unwrap_or_default()
         };
-        let mut fan = Union::new(3 * triangles.len());
+        let mut fan = DisjointSets::new(3 * triangles.len());
         for group in edges.groups() {
             if let [one, other] = group {
                 for v in [one.low, one.high] {
@@ -151,7 +151,7 @@ impl Findings<'_> {
     /// Pieces that hang together by no vertex; whether there is one only.
     pub(super) fn pieces(&mut self) -> bool {
         let n = self.surface.points.len();
-        let mut piece = Union::new(n);
+        let mut piece = DisjointSets::new(n);
         for &[a, b, c] in &self.surface.triangles {
             piece.join(a as usize, b as usize);
             piece.join(b as usize, c as usize);

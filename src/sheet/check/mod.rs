@@ -16,8 +16,8 @@ use serde::Serialize;
 
 use super::quality::{ZERO_QUALITY, triangle_quality};
 use super::surface::Surface;
+pub(crate) use graph::DisjointSets;
 use graph::Edges;
-pub(crate) use graph::Union;
 use rumple_numerics::Vec3;
 
 /// Quality below which a triangle counts as a needle: an angle below two degrees.

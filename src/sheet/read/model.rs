@@ -51,7 +51,7 @@ pub(super) fn points(buffer: IOBuffer) -> Vec<Vec3> {
 
 /// What becomes of a cell of one of VTK's types.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Use {
+pub(super) enum CellUse {
     /// Its corners are those of a polygon, in their order.
     Polygon,
     /// Four corners in the order of a grid.
@@ -66,12 +66,12 @@ pub(super) enum Use {
 ///
 /// # Errors
 /// What VTK calls a type that is not read.
-fn use_of(kind: u64) -> Result<Use, &'static str> {
+fn use_of(kind: u64) -> Result<CellUse, &'static str> {
     Ok(match kind {
-        1..=4 => Use::Ignored,
-        5 | 7 | 9 => Use::Polygon,
-        6 => Use::Strip,
-        8 => Use::Pixel,
+        1..=4 => CellUse::Ignored,
+        5 | 7 | 9 => CellUse::Polygon,
+        6 => CellUse::Strip,
+        8 => CellUse::Pixel,
         10 => return Err("a tetrahedron: extract the surface of the mesh first"),
         12 => return Err("a hexahedron: extract the surface of the mesh first"),
         22 => return Err("a quadratic triangle: save the mesh with linear elements"),
@@ -103,21 +103,21 @@ impl Cells {
         let what =
             use_of(kind).map_err(|name| format!("cell {cell} has VTK type {kind}, {name}"))?;
         let fits = match what {
-            Use::Ignored => true,
-            Use::Pixel => n == 4,
-            Use::Strip => n >= 3,
-            Use::Polygon if kind == 5 => n == 3,
-            Use::Polygon if kind == 9 => n == 4,
-            Use::Polygon => n >= 3,
+            CellUse::Ignored => true,
+            CellUse::Pixel => n == 4,
+            CellUse::Strip => n >= 3,
+            CellUse::Polygon if kind == 5 => n == 3,
+            CellUse::Polygon if kind == 9 => n == 4,
+            CellUse::Polygon => n >= 3,
         };
         if !fits {
             return Err(format!("cell {cell} of VTK type {kind} has {n} vertices"));
         }
         match what {
-            Use::Ignored => self.ignored += 1,
-            Use::Polygon => self.add(corners.iter().copied(), cell),
-            Use::Pixel => self.add([0, 1, 3, 2].map(|k| corners[k]), cell),
-            Use::Strip => {
+            CellUse::Ignored => self.ignored += 1,
+            CellUse::Polygon => self.add(corners.iter().copied(), cell),
+            CellUse::Pixel => self.add([0, 1, 3, 2].map(|k| corners[k]), cell),
+            CellUse::Strip => {
                 for (k, t) in corners.windows(3).enumerate() {
                     let [a, b, c] = [t[0], t[1], t[2]];
                     self.add(if k % 2 == 0 { [a, b, c] } else { [b, a, c] }, cell);

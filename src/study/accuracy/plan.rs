@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::advice::Scientific;
-use super::reference::watched;
+use super::reference::stability_override;
 use super::{IntegratorCurve, Quantity, Role, Study};
 use crate::kinetics::PluginSearch;
 use crate::model::{Model, Policy};
@@ -146,7 +146,7 @@ impl Study {
             Some((study, plan)) => planned.extend(taken(study, plan)),
             None => {
                 let tightest = tolerances.last().map_or(1e-4, |t| t.get());
-                let watch = watched(&plain, moves, vertices);
+                let watch = stability_override(&plain, moves, vertices);
                 let force = moves.then(|| options.tightest_force(&plain));
                 let mut made = base.references(tightest, force)?;
                 if options.references.is_empty() {

@@ -128,7 +128,7 @@ const MAX_VERTICES: usize = 20_000;
 
 /// Returns the override by which references of a scene of so many vertices watch their stability; none where shapes
 /// are not in equilibrium: one that moves falls along negative-curvature directions all the time.
-pub(super) fn watched(scene: &Scene, moves: bool, vertices: usize) -> Option<String> {
+pub(super) fn stability_override(scene: &Scene, moves: bool, vertices: usize) -> Option<String> {
     let still = moves && scene.time.policy == Policy::QuasiStatic;
     (still && vertices <= MAX_VERTICES).then(|| "stability.watch=true".to_owned())
 }

@@ -58,14 +58,14 @@ pub(super) fn peak(directory: &Path) -> Option<u64> {
 
 /// Measured memory of members.
 #[derive(Debug, Default)]
-pub struct Needs {
+pub struct MemoryEstimates {
     /// Size and peak of members that have ended.
     ended: Vec<(u64, u64)>,
     /// Of those that run and have relaxed their start.
     running: Vec<(u64, u64)>,
 }
 
-impl Needs {
+impl MemoryEstimates {
     /// Memory of the complete members of the study in `root`.
     pub(super) fn measured(plan: &Plan, root: &Path) -> Self {
         let mut needs = Self::default();

@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 
 pub use self::begin::{Runs, Settings, SlurmSettings};
 pub use self::member::member;
-pub use self::memory::{Needs, available};
+pub use self::memory::{MemoryEstimates, available};
 pub use self::pool::Pool;
 pub use self::rank_job::RankJob;
 pub use self::timing::Timing;

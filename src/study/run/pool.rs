@@ -12,7 +12,7 @@ use std::process::{Child, ChildStdin, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::memory::{Needs, peak};
+use super::memory::{MemoryEstimates, peak};
 use crate::output::plot::label;
 use crate::output::{Interrupt, OutputError, ResultDirectory};
 use crate::run::{Error, Result, peak_resident};
@@ -51,7 +51,7 @@ struct Running {
 /// Members that run and that have ended.
 struct Progress {
     running: Vec<Running>,
-    needs: Needs,
+    needs: MemoryEstimates,
     /// Counts of members that have ended and of all.
     ended: [usize; 2],
     /// The last member that was reported to wait for memory.
@@ -72,7 +72,7 @@ impl Pool<'_> {
     /// If a child cannot be started.
     pub fn run(&mut self, members: &[usize], interrupt: Interrupt) -> Result<()> {
         let mut waiting = members.iter().copied().peekable();
-        let needs = Needs::measured(self.plan, self.root);
+        let needs = MemoryEstimates::measured(self.plan, self.root);
         let ended = [0, members.len()];
         let mut progress = Progress { running: Vec::new(), needs, ended, waits: None };
         let mut reported = Instant::now();

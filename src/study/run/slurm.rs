@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use super::Needs;
+use super::MemoryEstimates;
 use crate::output::{OutputError, atomic};
 use crate::run::{Error, Result};
 use crate::study::plan::Plan;
@@ -65,7 +65,7 @@ impl Array<'_> {
 
     /// Memory of the largest of `members`, with some room, where members have run before.
     fn memory(&self, members: &[usize]) -> Option<u64> {
-        let needs = Needs::measured(self.plan, self.root);
+        let needs = MemoryEstimates::measured(self.plan, self.root);
         let most = members.iter().filter_map(|m| needs.of(self.plan.members.get(*m)?.size)).max();
         most.map(|bytes| bytes + bytes / 2)
     }

@@ -99,9 +99,10 @@ impl MeyerBending {
         let rigidity = at_vertices(&material.bending_rigidity(), sheet);
         let gaussian = match material.poisson {
             Values::Same(poisson) => rigidity.map(|rigidity| rigidity * (1.0 - poisson)),
-            Values::Each(_) => {
-                at_vertices(&material.each(|m| m.bending_rigidity() * (1.0 - m.poisson)), sheet)
-            }
+            Values::Each(_) => at_vertices(
+                &material.per_triangle(|m| m.bending_rigidity() * (1.0 - m.poisson)),
+                sheet,
+            ),
         };
         Self {
             gaussian,

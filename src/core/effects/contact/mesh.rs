@@ -25,7 +25,7 @@ use crate::Vec3;
 use crate::effects::{
     BlockMatrix, Coupling, EffectContext, EffectError, Energy, Factor, HessianPart, Touching,
 };
-use crate::geometry::proximity::{PairKind, Proximity, Range, at};
+use crate::geometry::proximity::{PairKind, Proximity, Reach, at};
 use crate::geometry::{Crossings, Shape};
 use crate::num::index;
 use crate::sheet::Sheet;
@@ -90,9 +90,9 @@ impl MeshBody {
         touching::contacts(proximity.near(&self.both, x, &self.range()), x, &weights)
     }
 
-    fn range(&self) -> Range {
+    fn range(&self) -> Reach {
         let reach = self.barrier.reach;
-        Range { points: reach, edges: EDGE_REACH_RATIO * reach, shrinkage: 1.0 }
+        Reach { points: reach, edges: EDGE_REACH_RATIO * reach, shrinkage: 1.0 }
     }
 
     /// What finds pairs, and the positions of both at `shape`.

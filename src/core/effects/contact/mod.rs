@@ -39,7 +39,7 @@ use super::{
     Pins, SeparatedStart, Touching,
 };
 use crate::Vec3;
-use crate::geometry::proximity::{PairKind, Proximity, Range, at};
+use crate::geometry::proximity::{PairKind, Proximity, Reach, at};
 use crate::geometry::{Conditions, CrossingPairs, Crossings, RestMetric, Shape, lumped_areas};
 use crate::linear::BlockMatrix;
 use crate::num::Short;
@@ -205,12 +205,12 @@ impl Contacts {
         touching::contacts(near, shape.x, &weights)
     }
 
-    fn range(&self, work: &mut ContactWork, shape: &Shape<'_>) -> Range {
+    fn range(&self, work: &mut ContactWork, shape: &Shape<'_>) -> Reach {
         let shrinkage = *work.shrinkage.get_or_insert_with(|| shrinkage(shape.metric));
         let (points, edges) = (self.law.reach(), EDGE_REACH_RATIO * self.law.reach());
         match self.law {
-            Law::Barrier(_) => Range { points, edges, shrinkage },
-            Law::Well(_) => Range { points, edges: 0.0, shrinkage },
+            Law::Barrier(_) => Reach { points, edges, shrinkage },
+            Law::Well(_) => Reach { points, edges: 0.0, shrinkage },
         }
     }
 }

@@ -17,7 +17,7 @@
 use crate::Vec3;
 use crate::effects::{Pins, SeparatedStart};
 use crate::geometry::Crossings;
-use crate::geometry::proximity::{Pair, PairKind, Proximity, Range, at, edge_edge, point_triangle};
+use crate::geometry::proximity::{Pair, PairKind, Proximity, Reach, at, edge_edge, point_triangle};
 use crate::num::real;
 use crate::sheet::Sheet;
 
@@ -34,7 +34,7 @@ pub(super) struct Start<'a> {
     pub(super) x: &'a [Vec3],
     /// Directions in which vertices stay.
     pub(super) pins: &'a Pins,
-    pub(super) range: Range,
+    pub(super) range: Reach,
     pub(super) proximity: &'a mut Proximity,
 }
 
@@ -82,7 +82,7 @@ impl Start<'_> {
 
 impl Moves<'_> {
     /// Moves the ends of edges back that have passed through a triangle of the `crossing` ones.
-    fn uncross(&mut self, (sheet, x): (&Sheet, &[Vec3]), crossing: &[[usize; 2]], range: &Range) {
+    fn uncross(&mut self, (sheet, x): (&Sheet, &[Vec3]), crossing: &[[usize; 2]], range: &Reach) {
         let both = crossing.iter().flat_map(|[t, u]| [[*t, *u], [*u, *t]]);
         let all: Vec<Pierced> = both.flat_map(|[t, u]| pierced((sheet, x), t, u)).collect();
         let sizes = sizes_of_parts(sheet, &all);

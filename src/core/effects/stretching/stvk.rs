@@ -259,7 +259,7 @@ impl StvkStretching {
         Self {
             modulus: match modulus {
                 StretchingModulus::Paper => material.stretching_modulus(),
-                StretchingModulus::PlaneStress => material.each(|m| m.young * m.thickness),
+                StretchingModulus::PlaneStress => material.per_triangle(|m| m.young * m.thickness),
             },
             poisson: material.poisson,
         }

@@ -88,7 +88,7 @@ impl EquilibriumSpec for NewtonSpec {
     fn linear_systems(&self, _: &Mechanics, _: bool) -> Vec<String> {
         vec![format!(
             "{} of the whole Hessian in double precision, a new one every step",
-            self.linear_solver.words()
+            self.linear_solver.describe()
         )]
     }
 

@@ -187,7 +187,7 @@ impl Preconditioner {
     }
 
     /// In words, for reports.
-    pub(super) fn words(self) -> &'static str {
+    pub(super) fn describe(self) -> &'static str {
         match self {
             Self::Factor => "a Cholesky factor",
             Self::Multigrid => "multigrid",

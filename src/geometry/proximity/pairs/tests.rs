@@ -43,14 +43,14 @@ fn folded(n: u32, gap: f64, roughness: f64) -> (Sheet, Vec<Vec3>) {
 }
 
 /// All pairs within their reach, one by one.
-fn slowly(sheet: &Sheet, x: &[Vec3], range: &Range) -> Vec<Pair> {
+fn slowly(sheet: &Sheet, x: &[Vec3], range: &Reach) -> Vec<Pair> {
     let mut all = every(sheet, range);
     all.retain(|pair| pair.kind.distance(&at(x, &pair.corners)) < pair.reach);
     all
 }
 
 /// All pairs there are.
-fn every(sheet: &Sheet, range: &Range) -> Vec<Pair> {
+fn every(sheet: &Sheet, range: &Reach) -> Vec<Pair> {
     let mut all = Vec::new();
     let mut offer = |kind: PairKind, features: [u32; 2], corners: [u32; 4]| {
         all.push(Pair { kind, features, corners, reach: reach(kind, sheet, &corners, range) });
@@ -83,7 +83,7 @@ fn slow_step(sheet: &Sheet, x: &[Vec3], direction: &[Vec3]) -> f64 {
     every(sheet, &RANGE).iter().map(free).fold(1.0, f64::min)
 }
 
-const RANGE: Range = Range { points: 0.6, edges: 0.3, shrinkage: 1.0 };
+const RANGE: Reach = Reach { points: 0.6, edges: 0.3, shrinkage: 1.0 };
 
 fn within(proximity: &mut Proximity, sheet: &Sheet, x: &[Vec3]) -> Vec<Pair> {
     let (points, edges) = proximity.near(sheet, x, &RANGE);

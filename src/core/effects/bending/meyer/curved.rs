@@ -121,7 +121,7 @@ impl VertexState {
 impl CurvedRest {
     pub(super) fn new(material: &Elasticity, sheet: &Sheet, rest: &RestShape) -> Self {
         let share = |material: &Material| HINGE_SHARE * (1.0 - material.poisson);
-        let rigidity = || material.each(|m| share(m) * m.bending_rigidity());
+        let rigidity = || material.per_triangle(|m| share(m) * m.bending_rigidity());
         let shaped = rest.positions.as_ref().map(|positions| CurvedShape {
             positions: positions.clone(),
             hinges: HingeBending::with_rigidity(sheet, &rigidity(), &RestShape::at(positions)),
@@ -384,7 +384,8 @@ fn vertices_share(
     if material.poisson.is_uniform() {
         return Values::Same(1.0 - share(&material.largest()));
     }
-    let part = at_vertices(&material.each(|m| (1.0 - share(m)) * m.bending_rigidity()), sheet);
+    let part =
+        at_vertices(&material.per_triangle(|m| (1.0 - share(m)) * m.bending_rigidity()), sheet);
     let whole = at_vertices(&material.bending_rigidity(), sheet);
     Values::Each((0..sheet.vertex_count()).map(|i| part.at(i) / whole.at(i)).collect())
 }

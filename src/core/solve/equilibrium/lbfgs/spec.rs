@@ -75,7 +75,7 @@ impl Default for LbfgsSpec {
 #[typetag::serialize(name = "lbfgs")]
 impl EquilibriumSpec for LbfgsSpec {
     fn name(&self) -> String {
-        format!("L-BFGS, preconditioned by {}", self.preconditioner.words())
+        format!("L-BFGS, preconditioned by {}", self.preconditioner.describe())
     }
 
     fn tolerance(&self) -> f64 {
