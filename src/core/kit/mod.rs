@@ -10,12 +10,12 @@
 //! # use std::sync::Arc;
 //! use rumple::effects::Diffusion;
 //! use rumple::kinetics::Location;
-//! use rumple::kit::{examine_with, made_up};
+//! use rumple::kit::{examine_with, synthetic_law};
 //! # use rumple::sheet::{Shape, generate};
 //! # let sheet = Arc::new(generate(&Shape::Disc { radius: 3.0 }, 60, 1)?);
 //!
 //! let diffusion = Diffusion::of("c", None);
-//! let kinetics = made_up(&["c"]);
+//! let kinetics = synthetic_law(&["c"]);
 //! let report = examine_with(&diffusion, &sheet, None, Some((&kinetics, Location::Vertex)))?;
 //! assert_eq!(report.faults, Vec::<String>::new());
 //! assert!(report.conserves_totals && report.keeps_constants);

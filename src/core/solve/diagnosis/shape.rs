@@ -38,7 +38,7 @@ pub fn relaxation(
     (residual, tolerance): (f64, f64),
 ) -> Option<Diagnosis> {
     needle(potential)
-        .or_else(|| unbalanced_force(potential, x, tolerance))
+        .or_else(|| net_force(potential, x, tolerance))
         .or_else(|| overloaded(potential))
         .or_else(|| round_off(potential, x, (residual, tolerance)))
         .or_else(|| held(potential, x, (residual, tolerance)))
@@ -69,7 +69,7 @@ pub fn needle(potential: &Potential) -> Option<Diagnosis> {
 }
 
 /// The force on the whole sheet, where nothing holds it.
-pub(crate) fn unbalanced_force(
+pub(crate) fn net_force(
     potential: &mut Potential,
     x: &[Vec3],
     tolerance: f64,

@@ -126,9 +126,7 @@ pub(super) fn flow(
 ) -> Result<Relaxation> {
     let (_, end) = route.clock();
     // A load that nothing holds would move the sheet for ever.
-    if let Some(error) =
-        workspace.diagnosed(&route.at(end, state).0, diagnosis::unbalanced_force)?
-    {
+    if let Some(error) = workspace.diagnosed(&route.at(end, state).0, diagnosis::net_force)? {
         return Err(error);
     }
     let viscosity = viscosity(workspace, route, state)?;
