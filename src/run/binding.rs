@@ -3,7 +3,7 @@
 use super::Result;
 use super::prepare::placed;
 use super::scale_checks::{check_load, check_transport};
-use super::setup_cost::{EffectContribution, SetupCost};
+use super::setup_cost::SetupCost;
 use crate::Stepper;
 use crate::effects::{Effect, EffectContext, EffectSpec};
 use crate::problem::Problem;
@@ -19,12 +19,10 @@ pub(super) fn stepper(
     setup: &mut SetupCost,
     notes: &mut Vec<String>,
 ) -> Result<Stepper> {
-    let mut begun = EffectContribution::begin();
+    setup.begin_effect();
     let mut on_effect =
         |number: usize, spec: &dyn EffectSpec, context: &EffectContext<'_>, effect: &Effect| {
-            let mut contribution = std::mem::replace(&mut begun, EffectContribution::begin());
-            contribution.record(effect);
-            setup.effects.push(contribution);
+            setup.end_effect(effect);
             let said = spec.notes(context).into_iter();
             notes.extend(said.map(|said| format!("effect[{number}] ({}): {said}", spec.name())));
             for term in &effect.energies {
@@ -33,7 +31,7 @@ pub(super) fn stepper(
             for transport in &effect.transports {
                 check_transport(number, transport, context.sheet)?;
             }
-            begun = EffectContribution::begin();
+            setup.begin_effect();
             Ok(())
         };
     problem.stepper_with(&mut on_effect).map_err(|error| placed(scene, &error))

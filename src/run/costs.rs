@@ -222,12 +222,12 @@ fn effects(scene: &Scene, simulation: &Simulation, costs: &mut Vec<Cost>) -> Vec
         part.place = scene.written(&format!("effect[{number}]"));
         part.seconds = contribution.took.as_secs_f64();
         part.bytes = contribution.bytes;
-        let mut names: Vec<String> = energies.by_ref().take(contribution.energies).collect();
-        names.extend(transports.by_ref().take(contribution.transports));
-        let kept = constraints.by_ref().take(contribution.constraints);
+        let mut names: Vec<String> = energies.by_ref().take(contribution.parts.energies).collect();
+        names.extend(transports.by_ref().take(contribution.parts.transports));
+        let kept = constraints.by_ref().take(contribution.parts.constraints);
         names.extend(kept.map(constraint_meter));
-        names.extend(growth.by_ref().take(contribution.growth));
-        names.extend(internal.by_ref().take(contribution.internal));
+        names.extend(growth.by_ref().take(contribution.parts.growth));
+        names.extend(internal.by_ref().take(contribution.parts.internal));
         for name in names {
             if let Some(k) = costs.iter().position(|c| c.group == "effect" && c.name == name) {
                 part.add(&costs.remove(k));

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use crate::effects::Effect;
+use crate::effects::{Effect, EffectParts};
 use crate::tally::{Tally, allocated};
 
 /// Bytes allocated now; 0 in a program that does not count them.
@@ -17,28 +17,16 @@ pub(crate) struct SetupCost {
     pub(crate) began: Instant,
     /// Bytes allocated before.
     before: i64,
+    /// When the latest effect began to be built, and the bytes allocated before.
+    latest: (Instant, i64),
     /// The effects, in the order of the scene.
     pub(crate) effects: Vec<EffectContribution>,
 }
 
-/// What one effect contributes to the model: numbers of its parts, and the cost of building it.
+/// What one effect contributes to the model, and the cost of building it.
 #[derive(Debug, Clone)]
 pub(crate) struct EffectContribution {
-    began: Instant,
-    before: i64,
-    pub(crate) energies: usize,
-    pub(crate) transports: usize,
-    /// Points whose values are held.
-    pub(crate) held: usize,
-    pub(crate) growth: usize,
-    /// Internal variables.
-    pub(crate) internal: usize,
-    /// Whether it directs the length factor of the law.
-    pub(crate) directs: bool,
-    pub(crate) constraints: usize,
-    pub(crate) prescribed: usize,
-    /// Fixed directions, and the vertices that have some.
-    pub(crate) pins: [usize; 2],
+    pub(crate) parts: EffectParts,
     /// Time to build it.
     pub(crate) took: Duration,
     /// Bytes that it keeps.
@@ -48,7 +36,20 @@ pub(crate) struct EffectContribution {
 impl SetupCost {
     /// Now.
     pub(crate) fn begin() -> Self {
-        Self { began: Instant::now(), before: bytes(), effects: Vec::new() }
+        let (began, before) = (Instant::now(), bytes());
+        Self { began, before, latest: (began, before), effects: Vec::new() }
+    }
+
+    /// An effect begins to be built.
+    pub(crate) fn begin_effect(&mut self) {
+        self.latest = (Instant::now(), bytes());
+    }
+
+    /// `effect` is built.
+    pub(crate) fn end_effect(&mut self, effect: &Effect) {
+        let (began, before) = self.latest;
+        let (took, bytes) = (began.elapsed(), bytes() - before);
+        self.effects.push(EffectContribution { parts: effect.parts(), took, bytes });
     }
 
     /// Ends the set-up; what no effect and no meter accounts for is the scene's own.
@@ -65,14 +66,10 @@ impl SetupCost {
     }
 
     /// Index of the effect that contributed part `k` of those counted by `of`.
-    pub(crate) fn owner(
-        &self,
-        of: impl Fn(&EffectContribution) -> usize,
-        k: usize,
-    ) -> Option<usize> {
+    pub(crate) fn owner(&self, of: impl Fn(&EffectParts) -> usize, k: usize) -> Option<usize> {
         let mut count = 0;
         self.effects.iter().position(|effect| {
-            count += of(effect);
+            count += of(&effect.parts);
             count > k
         })
     }
@@ -80,57 +77,5 @@ impl SetupCost {
     /// Bytes allocated since.
     pub(crate) fn kept(&self) -> i64 {
         bytes() - self.before
-    }
-}
-
-impl EffectContribution {
-    /// Now.
-    pub(crate) fn begin() -> Self {
-        Self {
-            began: Instant::now(),
-            before: bytes(),
-            energies: 0,
-            transports: 0,
-            held: 0,
-            growth: 0,
-            internal: 0,
-            directs: false,
-            constraints: 0,
-            prescribed: 0,
-            pins: [0; 2],
-            took: Duration::ZERO,
-            bytes: 0,
-        }
-    }
-
-    /// Records the parts of `effect`, which is built now. The pattern names every field, so that none is forgotten.
-    pub(crate) fn record(&mut self, effect: &Effect) {
-        self.took = self.began.elapsed();
-        self.bytes = bytes() - self.before;
-        let Effect {
-            energies,
-            pins,
-            prescribed,
-            constraints,
-            growth,
-            direction,
-            transports,
-            held,
-            internal,
-        } = effect;
-        self.internal = internal.len();
-        self.held = held.iter().map(|held| held.points().len()).sum();
-        self.energies = energies.len();
-        self.transports = transports.len();
-        self.growth = growth.len();
-        self.directs = direction.is_some();
-        self.constraints = constraints.len();
-        self.prescribed = prescribed.len();
-        let directions = |fixed: &[bool; 3]| fixed.iter().filter(|fixed| **fixed).count();
-        let pins = pins.as_deref().unwrap_or_default();
-        self.pins = [
-            pins.iter().map(directions).sum(),
-            pins.iter().filter(|fixed| directions(fixed) > 0).count(),
-        ];
     }
 }

@@ -251,7 +251,6 @@ fn durations_have_two_figures_at_most() {
     assert_eq!(words::about(range(25.0, 40.0, 80.0)), "about 40 s (25 to 80 s)");
     assert_eq!(words::about(range(39.0, 40.0, 42.0)), "about 40 s");
     assert_eq!(words::about(range(0.01, 0.02, 0.2)), "less than 0.1 s");
-    assert_eq!(words::shortly(range(120.0, 180.0, 240.0)), "about 2 to 4 min");
 }
 
 fn run_time(explanation: &Explanation) -> Option<String> {

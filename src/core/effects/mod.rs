@@ -79,7 +79,8 @@ pub use ramp::{Factor, Ramp};
 pub use region::Region;
 pub use remodelling::{LengthRemodelling, Remodelling};
 pub use spec::{
-    Effect, EffectContext, EffectError, EffectSpec, Measure, Needs, Pins, ReadSurface, kinds,
+    Effect, EffectContext, EffectError, EffectParts, EffectSpec, Measure, Needs, Pins, ReadSurface,
+    kinds,
 };
 pub use species_coefficient::WrongCoefficient;
 pub use stretching::{

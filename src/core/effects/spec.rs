@@ -285,4 +285,59 @@ impl Effect {
     pub fn transport_term(term: TransportTerm) -> Self {
         Self { transports: vec![term], ..Self::default() }
     }
+
+    /// Numbers of its parts. The pattern names every field, so that none is forgotten.
+    #[must_use]
+    pub fn parts(&self) -> EffectParts {
+        let Self {
+            energies,
+            pins,
+            prescribed,
+            constraints,
+            growth,
+            direction,
+            transports,
+            held,
+            internal,
+        } = self;
+        let directions = |fixed: &[bool; 3]| fixed.iter().filter(|fixed| **fixed).count();
+        let pins = pins.as_deref().unwrap_or_default();
+        EffectParts {
+            energies: energies.len(),
+            pins: [
+                pins.iter().map(directions).sum(),
+                pins.iter().filter(|fixed| directions(fixed) > 0).count(),
+            ],
+            prescribed: prescribed.len(),
+            constraints: constraints.len(),
+            growth: growth.len(),
+            directs: direction.is_some(),
+            transports: transports.len(),
+            held: held.iter().map(|held| held.points().len()).sum(),
+            internal: internal.len(),
+        }
+    }
+}
+
+/// Numbers of the parts of an effect.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct EffectParts {
+    /// Energies.
+    pub energies: usize,
+    /// Fixed directions, and the vertices that have some.
+    pub pins: [usize; 2],
+    /// Fixed directions whose positions are prescribed.
+    pub prescribed: usize,
+    /// Constraints.
+    pub constraints: usize,
+    /// Length factors.
+    pub growth: usize,
+    /// Whether it directs the length factor of the law.
+    pub directs: bool,
+    /// Transports.
+    pub transports: usize,
+    /// Points whose values are held.
+    pub held: usize,
+    /// Internal variables.
+    pub internal: usize,
 }

@@ -53,7 +53,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::Vec3;
 use crate::effects::{
-    Effect, EffectContext, EffectError, EffectSpec, Elasticity, Material, Measure,
+    EffectContext, EffectError, EffectParts, EffectSpec, Elasticity, Material, Measure,
 };
 use crate::kinetics::{Descriptor, Location, Species};
 use crate::model::ModelError;
@@ -155,7 +155,7 @@ pub fn examine_on(
         keeps_constants: true,
         ..Report::default()
     };
-    if is_nothing(&built) {
+    if built.parts() == EffectParts::default() {
         report.faults.push(NO_CONTRIBUTION.into());
     }
     let declared = effect.needs().out_of_plane.is_some();
@@ -197,23 +197,6 @@ pub fn synthetic_law(species: &[&str]) -> Descriptor {
 /// The fault of an effect without effect.
 const NO_CONTRIBUTION: &str = "it brings nothing: no energy, fixed or prescribed positions, constraint, growth, transport, held value or internal \
                        variable";
-
-fn is_nothing(built: &Effect) -> bool {
-    let Effect {
-        energies,
-        pins,
-        prescribed,
-        constraints,
-        growth,
-        direction,
-        transports,
-        held,
-        internal,
-    } = built;
-    let pinned = pins.iter().flatten().flatten().any(|fixed| *fixed);
-    let lists = energies.len() + prescribed.len() + constraints.len() + growth.len();
-    lists + transports.len() + held.len() + internal.len() == 0 && !pinned && direction.is_none()
-}
 
 /// The fault of an effect that does in planar scenes what is never shown.
 const UNDECLARED_Z_ACTION: &str = "it acts along z on a sheet that lies in a plane z = const, and does not declare it: see \

@@ -1,21 +1,20 @@
 //! Unknowns, effects, laws and signals.
 
 use super::{Line, listed, place, verb};
-use crate::effects::{Coupling, EnergyTerm, Internal, TransportTerm};
+use crate::effects::{Coupling, EffectParts, EnergyTerm, Internal, TransportTerm};
 use crate::kinetics::Descriptor;
 use crate::model::{Chemistry, Model};
 use crate::run::Simulation;
-use crate::run::setup_cost::EffectContribution;
 use crate::scene::Scene;
 
 /// The effects whose contribution has something, by their names.
 pub(super) fn contributing(
     scene: &Scene,
     simulation: &Simulation,
-    what: impl Fn(&EffectContribution) -> bool,
+    what: impl Fn(&EffectParts) -> bool,
 ) -> Vec<String> {
     let all = scene.effects.iter().zip(&simulation.setup.effects).enumerate();
-    all.filter(|(_, (_, contribution))| what(contribution))
+    all.filter(|(_, (_, contribution))| what(&contribution.parts))
         .map(|(number, (spec, _))| match scene.written(&format!("effect[{number}]")) {
             Some(written) => format!("{} ({written})", spec.name()),
             None => spec.name(),
@@ -132,7 +131,7 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
     for (number, (spec, contribution)) in
         scene.effects.iter().zip(&simulation.setup.effects).enumerate()
     {
-        let mut parts = remaining.take(contribution);
+        let mut parts = remaining.take(&contribution.parts);
         if parts.is_empty() {
             parts.push("has no effect here: no energy, no fixed direction, no transport".into());
         }
@@ -179,7 +178,7 @@ impl<'a> Remaining<'a> {
     }
 
     /// Describes the contribution of the next effect.
-    fn take(&mut self, contribution: &EffectContribution) -> Vec<String> {
+    fn take(&mut self, contribution: &EffectParts) -> Vec<String> {
         let law = self.law;
         let energies = self.terms.by_ref().take(contribution.energies);
         let mut parts: Vec<String> = energies.map(|(term, name)| energy(term, name, law)).collect();

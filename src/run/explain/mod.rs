@@ -6,13 +6,13 @@
 mod absent;
 mod effects;
 mod memory;
+mod run_time;
 mod solvers;
 
 use std::time::Duration;
 
 use serde::Serialize;
 
-use super::forecast::{Preview, preview};
 use super::{Result, Simulation};
 use crate::output::Predicted;
 use crate::scene::Scene;
@@ -112,10 +112,9 @@ impl Explanation {
     /// Adds how long a run takes, from its first steps, on which `budget` is spent at most; they move
     /// the simulation.
     pub fn predict(&mut self, scene: &Scene, simulation: &mut Simulation, budget: Duration) {
-        let Preview { what, because, predicted } = preview(scene, simulation, budget);
+        let (line, predicted) = run_time::line(scene, simulation, budget);
         self.predicted = predicted;
-        let lines = vec![Line::new(what, because)];
-        self.sections.push(Section { title: "run time", lines });
+        self.sections.push(Section { title: "run time", lines: vec![line] });
     }
 }
 

@@ -29,22 +29,17 @@ impl Clock {
 
     /// Processor time, s; the wall time where the system does not say it.
     fn processor(&self) -> f64 {
-        let now = processor_time().unwrap_or(f64::NAN) - self.processor;
-        if now.is_finite() { now } else { self.wall() }
+        processor_time().map_or_else(|| self.wall(), |now| now - self.processor)
     }
 }
 
 /// Forecasts a run in processor time, which is nearly independent of other programs, and converts it to wall
 /// time, at the ratio so far.
 pub(in crate::run) struct RunForecast {
-    rule: StepRule,
-    way: Way,
     clock: Clock,
     forecast: Forecast,
     /// Processor time at the last step.
     before: f64,
-    steps: u64,
-    time: f64,
     /// The first prediction, which is announced and judged at the end.
     first: Option<Predicted>,
 }
@@ -55,67 +50,68 @@ const LEAST_SECONDS: f64 = 1.0;
 impl RunForecast {
     /// Of a run whose start is relaxed, which began with `clock`.
     pub(in crate::run) fn new(scene: &Scene, clock: Clock) -> Self {
-        let (rule, way, before) = (scene.time.integrator.rule(), Way::of(scene), clock.processor());
-        let forecast = Forecast::new(rule, way, before);
-        Self { rule, way, clock, forecast, before, steps: 0, time: 0.0, first: None }
+        let before = clock.processor();
+        let forecast = Forecast::new(scene.time.integrator.rule(), Way::of(scene), before);
+        Self { clock, forecast, before, first: None }
     }
 
     /// Records a step to `time`, where the run wanted one to end if it is `cut`.
     pub(in crate::run) fn step(&mut self, report: &StepReport, time: f64, cut: bool) {
         let now = self.clock.processor();
-        self.forecast.step(Taken {
-            time,
-            length: report.length,
-            allowed: report.allowed,
-            cut,
-            seconds: now - self.before,
-        });
+        let (length, allowed, seconds) = (report.length, report.allowed, now - self.before);
+        self.forecast.step(Taken { time, length, allowed, cut, seconds });
         self.before = now;
-        self.steps += 1;
-        self.time = time;
     }
 
-    /// What there is to predict, if that is known: the whole run.
-    pub(super) fn predicted(&self) -> Option<Predicted> {
-        let whole = self.forecast.whole()?;
-        let Range { likely, least, most } = self.in_wall_time(whole);
-        Some(Predicted {
-            seconds: likely,
-            least_seconds: least,
-            most_seconds: most,
+    /// Steps so far, the time that they have led to, and seconds since the beginning.
+    pub(in crate::run) fn reached(&self) -> (usize, f64, f64) {
+        (self.forecast.count, self.forecast.time(), self.clock.wall())
+    }
+
+    /// The time at which the next step has to end; none at the end of the run.
+    pub(in crate::run) fn target(&self) -> Option<f64> {
+        let Forecast { way, count, .. } = &self.forecast;
+        let time = self.forecast.time();
+        let over = time >= way.until || way.max_steps.is_some_and(|most| *count >= most);
+        (!over).then(|| way.next_output(time))
+    }
+
+    /// The prediction of the whole run, if it is known, with its words and what other tolerances would cost.
+    pub(in crate::run) fn predicted(&self) -> Option<(Predicted, String)> {
+        let forecast = &self.forecast;
+        let whole = forecast.whole()?;
+        let wall = self.in_wall_time(whole);
+        let predicted = Predicted {
+            seconds: wall.likely,
+            least_seconds: wall.least,
+            most_seconds: wall.most,
             cpu_seconds: whole.likely,
-            steps: self.steps
-                + self.forecast.steps_left().map_or(0, |left| num::whole(left) as u64),
+            steps: (forecast.count + num::whole(forecast.steps_left()?)) as u64,
             after_seconds: self.clock.wall(),
-            after_steps: self.steps,
-            after_time: self.time,
+            after_steps: forecast.count as u64,
+            after_time: forecast.time(),
             took: None,
-        })
-    }
-
-    /// The same in words, and what other tolerances would cost.
-    pub(super) fn words(&self) -> Option<String> {
-        let whole = self.in_wall_time(self.forecast.whole()?);
-        let (here, what) = match self.rule {
+        };
+        let (here, what) = match forecast.rule {
             StepRule::Fixed(step) => (format!("in steps of {}", Short(step)), "step"),
             StepRule::Controlled { rtol, .. } => (format!("at rtol {}", Short(rtol)), "tolerance"),
         };
-        let mut text = format!("{}{} {here}", self.at_most(), words::about(whole));
+        let mut text = format!("{}{} {here}", self.at_most(), words::about(wall));
         let other = |factor| {
-            let seconds = self.forecast.whole_at(factor)?;
-            Some(words::about(Range::of(self.wall_per_processor() * seconds)))
+            let seconds = self.wall_per_processor() * forecast.whole_at(factor)?;
+            Some(words::about(Range::of(seconds)))
         };
         if let (Some(half), Some(double)) = (other(0.5), other(2.0)) {
             text += &format!("; half the {what} {half}, double {double}");
         }
-        Some(text)
+        Some((predicted, text))
     }
 
     /// What is left in words, where that is known.
     pub(in crate::run) fn left(&self) -> Option<String> {
         let left = self.in_wall_time(self.forecast.left()?);
         let matters = left.likely >= words::NOTHING;
-        matters.then(|| format!("{}{} left", self.at_most(), words::shortly(left)))
+        matters.then(|| format!("{}{} left", self.at_most(), words::about(left)))
     }
 
     /// The first prediction with its words, once, as soon as there is one.
@@ -123,9 +119,9 @@ impl RunForecast {
         if self.first.is_some() || self.clock.wall() < LEAST_SECONDS {
             return None;
         }
-        let predicted = self.predicted()?;
-        self.first = Some(predicted);
-        Some((predicted, self.words()?))
+        let announced = self.predicted()?;
+        self.first = Some(announced.0);
+        Some(announced)
     }
 
     /// The first prediction and what was true, at the end.
@@ -134,16 +130,11 @@ impl RunForecast {
         self.first.map(|first| Predicted { took: Some(took), ..first })
     }
 
-    /// Steps so far, the time that they have led to, and seconds since the beginning.
-    pub(super) fn reached(&self) -> (u64, f64, f64) {
-        (self.steps, self.time, self.clock.wall())
-    }
-
     fn at_most(&self) -> &'static str {
-        if self.way.may_end_sooner { "at most " } else { "" }
+        if self.forecast.way.may_end_sooner { "at most " } else { "" }
     }
 
-    /// Wall time per processor time.
+    /// Wall time per processor time so far.
     fn wall_per_processor(&self) -> f64 {
         let ratio = self.clock.wall() / self.clock.processor();
         if ratio.is_finite() { ratio } else { 1.0 }
@@ -152,6 +143,6 @@ impl RunForecast {
     /// Other programs that slow this one down may end: at least, in wall time, is without them.
     fn in_wall_time(&self, range: Range) -> Range {
         let ratio = self.wall_per_processor();
-        Range { least: range.least * ratio.min(1.0), ..range.times_plus(ratio, 0.0) }
+        Range { least: range.least * ratio.min(1.0), ..range.map(|seconds| ratio * seconds) }
     }
 }

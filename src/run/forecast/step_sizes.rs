@@ -1,154 +1,66 @@
-//! How many steps are left, and how long they are.
+//! The lengths of the steps that are left.
 //!
-//! Fixed steps are counted. Of steps under error control the length that the tolerance allows is taken to go
-//! with time as
-//!
-//! ```text
-//! h(t) = h₀ (t/t₀)^a
-//! ```
-//!
-//! from its mean and its regression over the steps since t₀/2, at least [`FEWEST`]. Where the integrator says
-//! what its error estimate allows, that is h, so that neither output times nor a limit on growth hide it; else it
-//! is the length of steps that no output time cuts. Steps grow towards h(t) as fast as they may, and
-//! between two output times all are equally long, which no step control does exactly.
+//! A step is as long as the rule allows, and all are equally long up to the next output time, so that fixed steps are
+//! counted exactly. Under error control the number of steps per time is extrapolated by a power of time, fitted since
+//! [`SINCE`] of the time reached to the lengths that the error estimate allows. Neither output times nor a limit on
+//! growth hide these. Where the integrator does not say them, they are the lengths of the steps that no output time
+//! cuts.
 
-use super::cost::slope;
-use super::{Taken, Way};
+use super::power_law::PowerLaw;
+use super::{FEWEST, Forecast, SAME, SINCE, Taken};
+use crate::num::real;
+use crate::solve::StepRule;
 
-/// Fewest steps that say how lengths go with time.
-const FEWEST: usize = 6;
-/// Weight of the prior a = 0 in the regression, as a sum of squared deviations of ln t.
-const PRIOR_WEIGHT: f64 = 0.3;
-/// Pieces of the way, equally long in ln t, with one length of steps each.
-const PIECES: u32 = 48;
-/// Most steps of the ramp in which steps grow towards h(t).
-const MAX_RAMP_STEPS: usize = 200;
-/// Times are the same within this share of a step.
-const SAME: f64 = 1e-9;
+/// Steps per time stay what they were unless seen otherwise; the second number is the weight of that.
+const PRIOR: (f64, f64) = (0.0, 0.2);
+/// Steps are taken to be equally long over this share of the time reached: less is slower, more misses the trend.
+const STRIDE: f64 = 0.05;
 
-/// A number of steps of equal length; the number need not be whole.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct EqualSteps {
-    pub(super) count: f64,
-    pub(super) length: f64,
-}
-
-impl EqualSteps {
-    /// Over a way of `length` in equal steps of `step` at most.
-    fn over(length: f64, step: f64) -> Self {
-        let count = (length / step - SAME).ceil().max(1.0);
-        Self { count, length: length / count }
-    }
-}
-
-/// The first output time after `time`.
-pub(super) fn next_output(way: &Way, time: f64) -> f64 {
-    let number = (time / way.every * (1.0 + SAME)).floor() + 1.0;
-    (number * way.every).min(way.until)
-}
-
-/// Steps of one length, shortened but at output times.
-pub(super) fn fixed(way: &Way, time: f64, length: f64) -> Vec<EqualSteps> {
-    if !(time < way.until) {
-        return Vec::new();
-    }
-    let next = next_output(way, time);
-    let whole = ((way.until - next) / way.every + SAME).floor().max(0.0);
-    let rest = way.until - next - whole * way.every;
-    let mut pieces = vec![EqualSteps::over(next - time, length)];
-    if whole > 0.0 {
-        let one = EqualSteps::over(way.every, length);
-        pieces.push(EqualSteps { count: whole * one.count, ..one });
-    }
-    if rest > SAME * length {
-        pieces.push(EqualSteps::over(rest, length));
-    }
-    pieces
-}
-
-/// How the length that the tolerance allows goes with time.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Trend {
-    /// Logarithm of the length …
-    level: f64,
-    /// … at this time.
-    at: f64,
-    power: f64,
-}
-
-impl Trend {
-    /// From these steps, of which there is one at least; no step is longer than `until`.
-    pub(super) fn of(steps: &[Taken], until: f64) -> Self {
-        let at = steps.last().map_or(until, |step| step.time);
-        let since = steps.partition_point(|step| step.time <= 0.5 * at);
-        let latest = &steps[since.min(steps.len().saturating_sub(FEWEST))..];
-        let free = |step: &&Taken| step.allowed.is_some() || !step.cut;
-        let some = latest.iter().any(|step| free(&step));
-        let mut points = Vec::with_capacity(latest.len());
-        let (mut sum, mut weight) = (0.0, 0.0);
-        for step in latest.iter().filter(|step| !some || free(step)) {
-            let length = step.allowed.unwrap_or(step.length).min(until).ln();
-            points.push((step.time.ln(), length));
-            sum += step.length * length;
-            weight += step.length;
-        }
-        Self {
-            level: sum / weight,
-            at,
-            power: slope(&points, (0.0, PRIOR_WEIGHT)).clamp(-0.5, 1.0),
-        }
-    }
-
-    /// The same with `share` times the exponent a.
-    pub(super) fn with_scaled_exponent(self, share: f64) -> Self {
-        Self { power: share * self.power, ..self }
-    }
-
-    /// Makes all lengths so many times as long.
-    pub(super) fn scale(&mut self, factor: f64) {
-        self.level += factor.ln();
-    }
-
-    fn length(&self, time: f64) -> f64 {
-        (self.level + self.power * (time / self.at).ln()).exp()
-    }
-}
-
-/// Steps that start with `first_step` and grow towards the trend, each at most `max_ratio` times as long as the last.
-pub(super) fn controlled(
-    way: &Way,
-    time: f64,
-    trend: &Trend,
-    (first_step, max_ratio): (f64, f64),
-    longest: f64,
-) -> Vec<EqualSteps> {
-    let mut pieces = Vec::new();
-    let (mut now, mut next) = (time, first_step);
-    while now < way.until * (1.0 - SAME)
-        && next < trend.length(now).min(way.every).min(longest)
-        && pieces.len() < MAX_RAMP_STEPS
-    {
-        let left = next_output(way, now) - now;
-        // The last two steps before an output time share the way.
-        let length = match next {
-            long if long >= left => left,
-            long if 2.0 * long > left => 0.5 * left,
-            short => short,
+impl Forecast {
+    /// Steps and seconds that are left at so many times the tolerance, with this share of how lengths have gone
+    /// with time.
+    pub(super) fn rest(&self, tolerance: f64, share: f64) -> (f64, f64) {
+        let (order, longest) = match self.rule {
+            StepRule::Fixed(_) => (1.0, f64::INFINITY),
+            StepRule::Controlled { power, longest, .. } => (power, longest),
         };
-        pieces.push(EqualSteps { count: 1.0, length });
-        now += length;
-        next *= max_ratio;
-    }
-    let ratio = (way.until / now).powf(1.0 / f64::from(PIECES));
-    for number in 0..PIECES {
-        if !(now < way.until * (1.0 - SAME)) {
-            break;
+        let factor = tolerance.powf(1.0 / order);
+        let per_time = self.steps_per_time().with_share(share);
+        let (way, cost) = (&self.way, self.cost());
+        let (mut now, mut steps, mut seconds) = (self.time(), 0.0, 0.0);
+        while now < way.until * (1.0 - SAME) {
+            let allowed = (factor / per_time.at(now)).min(longest);
+            let left = way.next_output(now) - now;
+            let number = (left / allowed - SAME).ceil().max(1.0);
+            let length = left / number;
+            let stride = STRIDE * now;
+            let count = if stride < 2.0 * left || left < way.every * (1.0 - SAME) {
+                (stride / length).floor().clamp(1.0, number)
+            } else {
+                // Several intervals between output times are alike.
+                number * (stride.min(way.until - now) / left).floor()
+            };
+            steps += count;
+            seconds += count * cost.at(length);
+            now += count * length;
         }
-        let end = if number + 1 == PIECES { way.until } else { (now * ratio).min(way.until) };
-        let length = trend.length((now * end).sqrt()).min(longest).min(way.until);
-        let step = EqualSteps::over(way.every, length).length;
-        pieces.push(EqualSteps { count: (end - now) / step, length: step });
-        now = end;
+        let most = way.max_steps.map_or(steps, |most| real(most.saturating_sub(self.count)));
+        if most < steps { (most, seconds * most / steps) } else { (steps, seconds) }
     }
-    pieces
+
+    /// Steps per time, over time.
+    fn steps_per_time(&self) -> PowerLaw {
+        let since = self.steps.partition_point(|step| step.time <= SINCE * self.time());
+        let latest = &self.steps[since.min(self.steps.len().saturating_sub(FEWEST))..];
+        let allowed = |step: &Taken| match self.rule {
+            StepRule::Fixed(length) => Some(length),
+            StepRule::Controlled { .. } => step.allowed.or((!step.cut).then_some(step.length)),
+        };
+        let all_cut = !latest.iter().any(|step| allowed(step).is_some());
+        let point = |step: &Taken| {
+            let length = allowed(step).or(all_cut.then_some(step.length))?;
+            Some((step.time.ln(), -length.min(self.way.until).ln(), step.length))
+        };
+        PowerLaw::fit(&latest.iter().filter_map(point).collect::<Vec<_>>(), PRIOR)
+    }
 }
