@@ -86,7 +86,8 @@ impl Pending {
                     drop(end);
                     done
                 };
-                let worker = thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, worker);
+                let worker =
+                    thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, worker);
                 let worker = worker.map_err(|error| {
                     rumple::Error::Refused(format!("no thread can be started: {error}"))
                 })?;

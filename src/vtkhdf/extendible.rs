@@ -30,9 +30,7 @@ impl Disk for File {
     }
 }
 
-use super::object::{
-    Attribute, Kind, Layout, UNDEFINED_ADDRESS, attribute, dataset, header, padded,
-};
+use super::object::{Attribute, Kind, Layout, UNDEFINED, attribute, dataset, header, padded};
 use super::tree::Tree;
 
 /// Rows of a chunk of a data set that a frame extends by one number.
@@ -289,7 +287,7 @@ impl Image {
         // The extents follow the head of the first message, the tree's address that of the fourth.
         let extent_at = address + places[0] as u64 + 8;
         let tree = Tree::new(1 + columns.len(), rows, address + places[3] as u64 + 3);
-        self.sets.push((address, Set { spec, extent_at, tree, chunk: UNDEFINED_ADDRESS }));
+        self.sets.push((address, Set { spec, extent_at, tree, chunk: UNDEFINED }));
     }
 
     /// Adds a group and what is in it; returns the address of its header.
@@ -337,11 +335,7 @@ impl Image {
         let heap = self.add(heap);
         let mut tree = b"TREE\0\0".to_vec();
         tree.extend(u16::from(!entries.is_empty()).to_le_bytes());
-        tree.extend(
-            [UNDEFINED_ADDRESS, UNDEFINED_ADDRESS, 0, table, last]
-                .iter()
-                .flat_map(|n| n.to_le_bytes()),
-        );
+        tree.extend([UNDEFINED, UNDEFINED, 0, table, last].iter().flat_map(|n| n.to_le_bytes()));
         tree.resize(24 + 32 * 8 + 33 * 8, 0);
         let tree = self.add(tree);
         let mut messages = vec![(0x11, [tree, heap].map(u64::to_le_bytes).concat())];
@@ -366,11 +360,7 @@ impl Image {
         out.extend(16u16.to_le_bytes());
         out.extend([0; 4]);
         let end = self.bytes.len() as u64;
-        out.extend(
-            [0, UNDEFINED_ADDRESS, end, UNDEFINED_ADDRESS, 0, root]
-                .iter()
-                .flat_map(|n| n.to_le_bytes()),
-        );
+        out.extend([0, UNDEFINED, end, UNDEFINED, 0, root].iter().flat_map(|n| n.to_le_bytes()));
         out.resize(96, 0);
         self.bytes[..96].copy_from_slice(&out);
     }

@@ -1,7 +1,7 @@
 //! Headers and messages of HDF5's objects, version 1, as bytes.
 
 /// An address that is none.
-pub(crate) const UNDEFINED_ADDRESS: u64 = u64::MAX;
+pub(crate) const UNDEFINED: u64 = u64::MAX;
 
 /// Types of numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -108,7 +108,7 @@ pub(crate) fn dataset(
         }
         Layout::Chunked { chunk } => {
             place.extend([2, u8::try_from(chunk.len() + 1).unwrap_or(u8::MAX)]);
-            place.extend(UNDEFINED_ADDRESS.to_le_bytes());
+            place.extend(UNDEFINED.to_le_bytes());
             let extents = chunk.iter().map(|&c| u32::try_from(c).unwrap_or(u32::MAX));
             place.extend(extents.chain([u32::from(size)]).flat_map(u32::to_le_bytes));
         }

@@ -8,7 +8,7 @@ use std::io::{Read, Seek, SeekFrom};
 use rumple_numerics::num::real;
 
 use super::chunk::Wanted;
-use super::object::UNDEFINED_ADDRESS;
+use super::object::UNDEFINED;
 
 /// Most bytes of a chunk, of a header and of the names of a group.
 pub(crate) const MAX_BYTES: u64 = 1 << 31;
@@ -342,7 +342,7 @@ impl<R: Read + Seek> Reader<R> {
                     return Err("a data set has chunks that are not whole rows".into());
                 }
                 let mut values = vec![set.fill; usize::try_from(all).map_err(|_| short())?];
-                if *tree != UNDEFINED_ADDRESS {
+                if *tree != UNDEFINED {
                     let wanted = Wanted { set, chunk: chunk[0], columns, start, count };
                     self.chunks(*tree, &wanted, &mut values, 0)?;
                 }

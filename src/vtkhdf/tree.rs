@@ -9,7 +9,7 @@
 //! where nothing reads it, and then counted.
 
 use super::extendible::Changes;
-use super::object::UNDEFINED_ADDRESS;
+use super::object::UNDEFINED;
 
 /// Most entries of a node; HDF5's default, which superblock 0 cannot change.
 const MAX_ENTRIES: usize = 64;
@@ -62,7 +62,7 @@ impl Tree {
 
     fn insert(&mut self, level: usize, key: Key, child: u64, changes: &mut Changes) {
         let Some(node) = self.edge.get_mut(level) else {
-            let address = changes.append(self.node(level, UNDEFINED_ADDRESS, &[(key, child)]));
+            let address = changes.append(self.node(level, UNDEFINED, &[(key, child)]));
             self.edge.push(Node { address, used: 1 });
             changes.publish(self.root_at, address.to_le_bytes().to_vec());
             return;
@@ -87,8 +87,7 @@ impl Tree {
         }
         // The full node was the root: one above it and the new one takes its place.
         let first = self.first.unwrap_or(key);
-        let root =
-            changes.append(self.node(level + 1, UNDEFINED_ADDRESS, &[(first, old), (key, new)]));
+        let root = changes.append(self.node(level + 1, UNDEFINED, &[(first, old), (key, new)]));
         self.edge.push(Node { address: root, used: 2 });
         changes.publish(self.root_at, root.to_le_bytes().to_vec());
     }
@@ -115,7 +114,7 @@ impl Tree {
         out.push(u8::try_from(level).unwrap_or(u8::MAX));
         out.extend(u16::try_from(entries.len()).unwrap_or(u16::MAX).to_le_bytes());
         out.extend(left.to_le_bytes());
-        out.extend(UNDEFINED_ADDRESS.to_le_bytes());
+        out.extend(UNDEFINED.to_le_bytes());
         for (key, child) in entries {
             out.extend(self.key(*key));
             out.extend(child.to_le_bytes());

@@ -72,35 +72,35 @@ use crate::num::checked::Positive;
 use crate::record::{Malformed, Record};
 
 /// Growth of the step is limited to this factor, shrinking to its inverse squared.
-const GROWTH: f64 = 2.0;
+const MAX_STEP_GROWTH: f64 = 2.0;
 /// The error estimate grows with this power of the step.
 const ERROR_POWER: f64 = 2.0;
 /// Steps are proposed a little shorter than the estimate allows.
 const SAFETY: f64 = 0.9;
 /// Part of its typical magnitude that the fastest species changes by in the first step, relative to √rtol.
-const FIRST: f64 = 0.2;
+const FIRST_CHANGE: f64 = 0.2;
 /// The first step is not longer than this share of the way to the first output.
 const SHARE_OF_WAY: f64 = 0.1;
 /// Stages of a step are solved as for an error of at least this share of the tolerance.
-const LEAST_ERROR: f64 = 1e-3;
+const MIN_ERROR: f64 = 1e-3;
 /// The error of the step before the first, for the same.
 const FIRST_ERROR: f64 = 0.1;
 /// A step that must become shorter than this share of the first one gives up.
-const SHORTEST: f64 = 1e-7;
+const SHORTEST_STEP: f64 = 1e-7;
 /// Or where, in this step and those before it, no equilibrium was found so many times at later times: the path to them
 /// has sub-steps of its own.
-const WITHOUT_REST: usize = 3;
+const MAX_WITHOUT_REST: usize = 3;
 /// How far a fixed step may leave a species' valid range and be brought back, relative to its size
 /// and typical magnitude. A step that leaves it further is too long, and no error estimate detects it.
 const EULER_SLACK: f64 = 1e-2;
-/// Tolerance of the chemistry within a step, relative to that of the coupling where this is [`USUAL`].
-const INNER: f64 = 0.02;
+/// Tolerance of the chemistry within a step, relative to that of the coupling where this is [`DEFAULT_TOLERANCE`].
+const CHEMISTRY_TOLERANCE_SHARE: f64 = 0.02;
 /// The tolerance that a scene has if it gives none.
-const USUAL: f64 = 1e-2;
+const DEFAULT_TOLERANCE: f64 = 1e-2;
 /// Tolerances within a step are not above this share of that of the coupling,
-const LOOSEST_INNER: f64 = 0.2;
+const LOOSEST_CHEMISTRY_TOLERANCE: f64 = 0.2;
 /// nor, relative to the solution, below this: rounding would not let a step meet them.
-const FINEST_INNER: f64 = 1e-13;
+const FINEST_CHEMISTRY_TOLERANCE: f64 = 1e-13;
 
 /// Steps after which a run rebuilds integrators of diffsol, to be continued from there. They restart in
 /// every step anyway; what is lost is the analysis of their matrices.
@@ -200,7 +200,7 @@ impl Integrator for Staggered {
 impl Staggered {
     /// Tolerances of the chemistry within a step.
     fn inner(&self) -> (f64, f64) {
-        self.inner_of(INNER, self.power)
+        self.inner_of(CHEMISTRY_TOLERANCE_SHARE, self.power)
     }
 
     /// Tolerances within a step for a method whose error falls with this power of them, so that the
@@ -210,8 +210,8 @@ impl Staggered {
             Method::Euler => return (EULER_SLACK * share, EULER_SLACK * share),
             Method::Heun => (self.spec.rtol.get(), self.spec.atol.get()),
         };
-        let share = share * (rtol / USUAL).powf(1.0 / power - 1.0);
-        let share = share.max(FINEST_INNER / rtol).min(LOOSEST_INNER);
+        let share = share * (rtol / DEFAULT_TOLERANCE).powf(1.0 / power - 1.0);
+        let share = share.max(FINEST_CHEMISTRY_TOLERANCE / rtol).min(LOOSEST_CHEMISTRY_TOLERANCE);
         (share * rtol, share * atol)
     }
 
@@ -242,7 +242,7 @@ impl Staggered {
                 Method::Euler => 0.0,
                 Method::Heun => {
                     // Where steps are shorter than the tolerance asks for, their errors are smaller.
-                    let share = self.error.clamp(LEAST_ERROR, 1.0);
+                    let share = self.error.clamp(MIN_ERROR, 1.0);
                     share * workspace.model.shape_unit(state, self.tolerance())
                 }
             };
@@ -274,7 +274,7 @@ impl Staggered {
         state: &State,
         to: &State,
     ) -> Result<Vec<Vec<f64>>> {
-        let inner = self.inner_of(INNER, ChemistryMethod::Chebyshev.power());
+        let inner = self.inner_of(CHEMISTRY_TOLERANCE_SHARE, ChemistryMethod::Chebyshev.power());
         self.internal.advance(workspace, (state, to), inner)
     }
 
@@ -325,7 +325,7 @@ impl Staggered {
             Some(step) => step,
             None => self.first_step(workspace, state, until)?,
         };
-        let shortest = SHORTEST * *self.first.get_or_insert(tried);
+        let shortest = SHORTEST_STEP * *self.first.get_or_insert(tried);
         let now = workspace.at(state).signals()?.clone();
         let (mut report, mut first) = (StepReport::default(), true);
         loop {
@@ -351,7 +351,8 @@ impl Staggered {
                 Ok((_, error)) => {
                     let new = Rejection { error, ..Rejection::of(state, step, Cause::Error) };
                     workspace.reject(new);
-                    let factor = (SAFETY / error.sqrt()).clamp(1.0 / (GROWTH * GROWTH), SAFETY);
+                    let factor = (SAFETY / error.sqrt())
+                        .clamp(1.0 / (MAX_STEP_GROWTH * MAX_STEP_GROWTH), SAFETY);
                     tried = step * factor;
                 }
                 Err(error) if error.is_recoverable() => {
@@ -359,7 +360,7 @@ impl Staggered {
                     report.reason = Some(message.clone());
                     let new = Rejection { message, ..Rejection::of(state, step, error.cause()) };
                     workspace.reject(new);
-                    tried = step / (GROWTH * GROWTH);
+                    tried = step / (MAX_STEP_GROWTH * MAX_STEP_GROWTH);
                     if self.leads_nowhere(&error, time) || tried < shortest {
                         return Err(error);
                     }
@@ -380,14 +381,14 @@ impl Staggered {
             let (latest, count) = self.without_rest;
             self.without_rest = (latest.max(time), count + 1);
         }
-        self.without_rest.1 >= WITHOUT_REST
+        self.without_rest.1 >= MAX_WITHOUT_REST
     }
 
     /// Step-size controller: the length of the step after an accepted one of length `step` and this error. Only a
     /// first attempt may be followed by a longer step.
     fn propose(&mut self, step: f64, proposed: f64, error: f64, first: bool) {
         self.error = error;
-        let limit = if first { GROWTH } else { 1.0 };
+        let limit = if first { MAX_STEP_GROWTH } else { 1.0 };
         let factor = (SAFETY / error.sqrt()).min(limit);
         // A step cut short by an output time does not limit the next one.
         self.step = Some((step * factor).max(if factor >= 1.0 { proposed } else { 0.0 }));
@@ -408,7 +409,7 @@ impl Staggered {
         // What is steady says nothing of how fast it is led along.
         let steady = self.policy.chemistry == 0.0;
         let rate = rate.max(if steady { workspace.at(state).fastest_motion()? } else { 0.0 });
-        let share = FIRST * self.spec.rtol.get().sqrt();
+        let share = FIRST_CHANGE * self.spec.rtol.get().sqrt();
         Ok((share / rate).min(SHARE_OF_WAY * (until - state.time)))
     }
 

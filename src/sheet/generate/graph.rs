@@ -101,12 +101,10 @@ impl<'a> Graph<'a> {
             }
         }
         graph.boundary = graph.fixed.len();
+        let offset = CORNER_OFFSET * edge;
         for k in 0..4 {
             let before = &sides[(k + 3) % 4];
-            let steps = [
-                sides[k].at(CORNER_OFFSET * edge),
-                1.0 - before.at(before.length() - CORNER_OFFSET * edge),
-            ];
+            let steps = [sides[k].at(offset), 1.0 - before.at(before.length() - offset)];
             let steps = if k % 2 == 0 { steps } else { [steps[1], steps[0]] };
             let (x, y) = corners[k];
             let [dx, dy] = [-x.signum() * steps[0] * width, -y.signum() * steps[1] * depth];

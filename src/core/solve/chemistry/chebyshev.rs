@@ -101,12 +101,8 @@ impl Chebyshev {
         if until <= from {
             return Ok(());
         }
-        if !bound.is_finite() {
-            return Err(SolveError::SpectralBound { time: from });
-        }
+        let (bound, longest) = stability(bound).ok_or(SolveError::SpectralBound { time: from })?;
         let shortest = shortest_step(from, until);
-        let bound = SPECTRAL_MARGIN * bound;
-        let longest = if bound > 0.0 { stable_interval(MAX_STAGES) / bound } else { f64::INFINITY };
         let mut t = from;
         let mut step = until - from;
         rate(t, y, &mut self.f0)?;
@@ -242,6 +238,13 @@ impl Chebyshev {
         reduction.sum_over_ranks(&mut own);
         (own[0] / (real(per_point) * reduction.count(points)).max(1.0)).sqrt()
     }
+}
+
+/// The spectral radius that steps are made for where `bound` is one, with a margin, and the longest stable step.
+fn stability(bound: f64) -> Option<(f64, f64)> {
+    let bound = SPECTRAL_MARGIN * bound;
+    let longest = if bound > 0.0 { stable_interval(MAX_STAGES) / bound } else { f64::INFINITY };
+    bound.is_finite().then_some((bound, longest))
 }
 
 /// Largest `ρ Δt` for which `stages` are stable.

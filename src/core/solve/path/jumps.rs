@@ -19,17 +19,17 @@ use crate::model::State;
 
 /// In a jump D is at least this share of U(x; q') - U(x'; q'). Along branches 0.04 and less was seen, where a sub-step is
 /// one snap 0.28 to 1; in between lie small snaps in sub-steps that move further, which go unrecorded.
-const NET: f64 = 0.2;
+const NET_RELEASE_SHARE: f64 = 0.2;
 /// Where D is unknown: a jump dissipates at least this share of what it loses; some 1e-3 and 1 were seen along branches
 /// and in jumps.
-const SHARE: f64 = 0.3;
+const DISSIPATED_SHARE: f64 = 0.3;
 /// And without viscosity it loses so many times what that would dissipate.
-const BEYOND: f64 = 30.0;
+const UNDAMPED_LOSS_FACTOR: f64 = 30.0;
 /// Displacement of every vertex, in mean edges, up to which a change is not a jump.
-const STILL: f64 = 0.1;
+const STATIONARY_DISPLACEMENT: f64 = 0.1;
 
 /// The jumps of a step.
-#[derive(Default, Clone)]
+#[derive(Default)]
 pub(super) struct Jumps {
     /// Whether one is under way.
     open: bool,
@@ -43,11 +43,6 @@ impl Jumps {
         self.count += usize::from(!self.open);
         self.open = true;
         self.released += released;
-    }
-
-    /// Whether a jump is under way.
-    pub(super) fn is_open(&self) -> bool {
-        self.open
     }
 
     /// The shape is on a branch.
@@ -81,7 +76,9 @@ impl Loss {
         let model = workspace.model.clone();
         let mechanics = model.mechanics();
         let reduction = model.sheet().reduction();
-        if reduction.distance(&before.x, &after.x) < STILL * mechanics.reference().mean_edge() {
+        if reduction.distance(&before.x, &after.x)
+            < STATIONARY_DISPLACEMENT * mechanics.reference().mean_edge()
+        {
             return Ok(None);
         }
         let weights = model.drag().weights(model.sheet(), &before.x, drag);
@@ -104,14 +101,14 @@ impl Loss {
     /// What is released if this sub-step is a part of a jump.
     pub(super) fn in_jump(&self) -> Option<f64> {
         let jumps = match self.net {
-            Some(net) => net > NET * self.lost,
-            None => self.dissipated > SHARE * self.lost,
+            Some(net) => net > NET_RELEASE_SHARE * self.lost,
+            None => self.dissipated > DISSIPATED_SHARE * self.lost,
         };
         (self.lost > 0.0 && jumps).then_some(self.net.unwrap_or(self.lost))
     }
 
     /// Whether a minimisation without viscosity, where there was one before, has jumped.
     pub(super) fn is_jump(&self) -> bool {
-        self.lost > BEYOND * self.dissipated
+        self.lost > UNDAMPED_LOSS_FACTOR * self.dissipated
     }
 }

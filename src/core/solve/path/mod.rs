@@ -43,7 +43,7 @@ use super::incremental_potential::Motion;
 use super::route::Route;
 use super::{Result, Workspace, end_of_step};
 use crate::Vec3;
-use crate::model::{Positions, State};
+use crate::model::State;
 use crate::record::Malformed;
 use jumps::{Jumps, Loss};
 use stall::Stall;
@@ -56,11 +56,11 @@ const VISCOSITY: f64 = 1e-7;
 const FORCE_FACTOR: f64 = 100.0;
 /// Sub-steps are proposed shorter than the error estimate allows, and change by factors between these.
 const SAFETY: f64 = 0.9;
-const FACTORS: (f64, f64) = (0.1, 2.0);
+const STEP_FACTORS: (f64, f64) = (0.1, 2.0);
 /// A sub-step that has failed is repeated at this share of its length.
-const SHRINK: f64 = 0.1;
+const STEP_REDUCTION: f64 = 0.1;
 /// Shortest sub-step, as a share of the step; where it fails, the step has failed.
-const SHORTEST: f64 = 1e-6;
+const SHORTEST_SUB_STEP: f64 = 1e-6;
 /// Most iterations of a step, in units of those after which a single relaxation has failed.
 const ITERATION_BUDGET: u64 = 3;
 
@@ -142,21 +142,14 @@ impl EquilibriumPath {
         let most = workspace.iterations() + ITERATION_BUDGET * workspace.most_iterations();
         let mut course = Course { viscosity, most, t: start, step, ..Course::default() };
         let drag = viscosity / (end - start);
-        for attempt in 0.. {
-            self.take_sub_steps(workspace, route, state, &mut course)?;
-            let last = state.clone();
-            let may_reject = attempt == 0 && course.before.is_some();
-            let rest = come_to_rest(workspace, route, drag, state, (&course.jumps, may_reject))?;
-            let Some(rest) = rest else {
-                self.reject_last(state, &mut course);
-                continue;
-            };
-            self.step = Some(course.step);
-            course.done.add(&rest);
-            rest::stabilise(workspace, route, state, &mut course.done)?;
-            workspace.pass(&last.x, &state.x, route.is_held())?;
-            break;
-        }
+        self.take_sub_steps(workspace, route, state, &mut course)?;
+        self.step = Some(course.step);
+        let last = state.clone();
+        let jumps = std::mem::take(&mut course.jumps);
+        let rest = come_to_rest(workspace, route, drag, state, jumps)?;
+        course.done.add(&rest);
+        rest::stabilise(workspace, route, state, &mut course.done)?;
+        workspace.pass(&last.x, &state.x, route.is_held())?;
         Ok(course.done)
     }
 
@@ -169,14 +162,13 @@ impl EquilibriumPath {
         course: &mut Course,
     ) -> Result<()> {
         let (start, end) = route.clock();
-        let shortest = SHORTEST * (end - start);
+        let shortest = SHORTEST_SUB_STEP * (end - start);
         while course.t < end {
             let until = end_of_step(course.t, course.step, end);
             let length = until - course.t;
             if workspace.iterations() > course.most {
                 return Err(rest::reason(workspace, route, state));
             }
-            let before = self.motion.clone();
             let clock = (course.t, until);
             let by = (course.viscosity, FORCE_FACTOR);
             match sub_step(&mut self.motion, workspace, route, clock, state, by) {
@@ -184,19 +176,14 @@ impl EquilibriumPath {
                     course.done.add(&next.done);
                     let jumps_on = next.released.is_some();
                     workspace.pass(&state.x, &next.x, jumps_on || route.is_held())?;
-                    course.before = Some(Before {
-                        t: course.t,
-                        x: std::mem::replace(&mut state.x, next.x),
-                        motion: before,
-                        jumps: course.jumps.clone(),
-                    });
+                    state.x = next.x;
                     match next.released {
                         Some(released) => course.jumps.go_on(released),
                         None => course.jumps.end(),
                     }
                     course.t = until;
                     course.stall.pass(until);
-                    let factor = factor(next.error, FACTORS.1);
+                    let factor = factor(next.error, STEP_FACTORS.1);
                     // One that is cut short by the end says nothing against longer ones.
                     let least = if factor >= 1.0 { course.step } else { 0.0 };
                     course.step = (length * factor).max(least);
@@ -256,17 +243,9 @@ impl EquilibriumPath {
         }
         course.jumps.end();
         self.motion = Motion::default();
-        (course.t, course.step, course.before) = (until, length, None);
+        (course.t, course.step) = (until, length);
         course.stall = Stall::default();
         Ok(())
-    }
-
-    /// Goes back to before the last sub-step, for shorter ones.
-    fn reject_last(&mut self, state: &mut State, course: &mut Course) {
-        let Some(before) = course.before.take() else { return };
-        course.step = SHRINK * (course.t - before.t);
-        (course.t, state.x) = (before.t, before.x);
-        (self.motion, course.jumps) = (before.motion, before.jumps);
     }
 }
 
@@ -283,25 +262,16 @@ struct Course {
     step: f64,
     jumps: Jumps,
     done: Relaxation,
-    /// The start of the last sub-step.
-    before: Option<Before>,
     /// What was rejected since.
     stall: Stall,
-}
-
-/// What the rejection of a sub-step returns to.
-struct Before {
-    t: f64,
-    x: Positions,
-    motion: Motion,
-    jumps: Jumps,
 }
 
 /// Lets the shape of `state` follow a correction, which is mostly too small for sub-steps.
 fn correct(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> Result<Relaxation> {
     match rest::minimum(workspace, route, state) {
         Err(error) if error.is_without_rest() => {
-            let mut path = EquilibriumPath { step: Some(SHRINK), ..EquilibriumPath::default() };
+            let mut path =
+                EquilibriumPath { step: Some(STEP_REDUCTION), ..EquilibriumPath::default() };
             path.follow(workspace, route, state)
         }
         done => done,
@@ -309,26 +279,17 @@ fn correct(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> R
 }
 
 /// Brings the shape of `state` to rest at the end of `route`, after sub-steps with `jumps` whose viscosity was `drag` times
-/// that of the scene. `None` where no equilibrium is near although there was no jump, and the last sub-step may be
-/// rejected: shorter ones decide whether the branch ends there.
+/// that of the scene.
 fn come_to_rest(
     workspace: &mut Workspace,
     route: &Route<'_>,
     drag: f64,
     state: &mut State,
-    (jumps, may_reject): (&Jumps, bool),
-) -> Result<Option<Relaxation>> {
+    mut jumps: Jumps,
+) -> Result<Relaxation> {
     let (_, end) = route.clock();
     let last = state.clone();
-    let mut jumps = jumps.clone();
-    let rejects = may_reject && !jumps.is_open();
-    let mut done = match rest::minimum(workspace, route, state) {
-        Err(error) if error.is_without_rest() && rejects => return Ok(None),
-        Err(error) if error.is_without_rest() => {
-            rest::flow(workspace, route, state, route.length())?
-        }
-        done => done?,
-    };
+    let mut done = rest::rest(workspace, route, state)?;
     let loss = Loss::of(workspace, route, ((end, end), drag), (&last, state))?;
     if let Some(loss) = loss.filter(|loss| done.jumps > 0 || loss.is_jump()) {
         jumps.go_on(loss.lost);
@@ -336,7 +297,7 @@ fn come_to_rest(
         jumps.go_on(0.0);
     }
     (done.jumps, done.released) = (jumps.count, jumps.released);
-    Ok(Some(done))
+    Ok(done)
 }
 
 /// Whether obstacles, while the clock goes from `t` to `until`, leave the shape of `state` where it is.
@@ -354,7 +315,7 @@ fn way_is_free(
 /// What an error estimate makes of a sub-step, up to `most`.
 fn factor(error: f64, most: f64) -> f64 {
     let factor = SAFETY / error.sqrt();
-    if factor.is_nan() { FACTORS.0 } else { factor.clamp(FACTORS.0, most) }
+    if factor.is_nan() { STEP_FACTORS.0 } else { factor.clamp(STEP_FACTORS.0, most) }
 }
 
 /// The viscosity of a step along all of `route`, in units of the scene's drag.

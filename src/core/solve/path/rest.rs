@@ -14,31 +14,48 @@ use super::super::incremental_potential::Motion;
 use super::super::route::Route;
 use super::super::workspace::Minimisation;
 use super::super::{Result, SolveError, Workspace, diagnosis};
-use super::stall::Stall;
 use super::sub_step::{DISTANCE_TOLERANCE, radius, sub_step};
-use super::{ITERATION_BUDGET, factor, viscosity};
+use super::{factor, viscosity};
 use crate::Vec3;
 use crate::model::State;
 use crate::parallel;
 
-/// Most that the error estimate makes of a sub-step.
-const GROWTH: f64 = 4.0;
+/// First sub-step of a flow, in units of the step that went before: a snap takes next to none of that.
+const FIRST_SUB_STEP: f64 = 1e-6;
+/// Most that the error estimate makes of a sub-step, at first and after a rejection: an implicit step that is longer than
+/// the time in which an unstable mode grows jumps across it.
+const STEP_GROWTH: (f64, f64) = (10.0, 1.25);
+/// Displacement in a sub-step, in mean edges, from which a motion that dies down is a snap that is over; below it an unstable
+/// mode may still grow.
+const SNAP_DISPLACEMENT: f64 = 0.03;
+/// A sub-step that is rejected is repeated at this share of its length.
+const STEP_REDUCTION: f64 = 0.3;
+/// The motion dies down where its speed falls to this share in a sub-step.
+const SLOWED_SPEED: f64 = 0.7;
+/// Radius of the trust region of the minimisation at the end of a flow, in mean edges.
+const END_RADIUS: f64 = 0.5;
+/// Factor on the force tolerance in a flow: with 1, soft unstable modes begin below it.
+const FORCE_FACTOR: f64 = 0.1;
+/// Most iterations of a flow, in units of those after which a single relaxation has failed.
+const ITERATION_BUDGET: u64 = 10;
 /// Most sub-steps of a flow, rejected ones included.
-const TRIES: usize = 300;
-/// Shortest and longest sub-step of a flow, in units of the step that went before: the motion has died down then.
-const SHORTEST: f64 = 1e-9;
-const LONGEST: f64 = 1e6;
-/// A minimisation is tried again where a sub-step moves no vertex further than this, in mean edges.
-const STILL: f64 = 0.3;
-/// A flow that moves no further in a sub-step, in mean edges, although no minimum is near, is at a saddle.
-const STUCK: f64 = 0.01;
+const MAX_SUB_STEPS: usize = 300;
+/// Shortest sub-step of a flow, in the same unit, and longest, in that of the whole step: the motion has died down then.
+const SHORTEST_SUB_STEP: f64 = 1e-9;
+const LONGEST_SUB_STEP: f64 = 1e6;
+/// A minimisation is tried where the motion has died down in a sub-step at least as long as the step before, which moves no
+/// vertex further than this, in mean edges.
+const SLOW_DISPLACEMENT: f64 = 0.3;
+/// A flow that moves no further in a sub-step as long as the step before it, in mean edges, although no minimum is near, is
+/// at a saddle.
+const SADDLE_DISPLACEMENT: f64 = 0.01;
 /// How far an unstable mode is followed before the flow takes over, in mean edges.
-const SEED: f64 = 0.1;
+const MODE_DISPLACEMENT: f64 = 0.1;
 /// A mode along which the shape rests again within this distance, in mean edges, is neutral: a dimple that can be
 /// anywhere on a sphere is held by its mesh alone.
-const NEUTRAL: f64 = 2.0 * SEED;
+const NEUTRAL_DISTANCE: f64 = 2.0 * MODE_DISPLACEMENT;
 /// Most saddles that are left one after the other.
-const SADDLES: usize = 5;
+const MAX_SADDLES: usize = 5;
 
 /// Brings the shape of `state` to rest under the conditions at the end of `route`.
 ///
@@ -72,13 +89,13 @@ pub(super) fn stabilise(
     let reduction = workspace.reduction().clone();
     let before = energy(workspace, route, end, state)?;
     let mut left = 0;
-    for _ in 0..SADDLES {
+    for _ in 0..MAX_SADDLES {
         let saddle = state.x.clone();
         if !leave(workspace, route, state)? {
             break;
         }
         let left_for = rest(workspace, route, state)?;
-        if reduction.distance(&saddle, &state.x) < NEUTRAL * edge {
+        if reduction.distance(&saddle, &state.x) < NEUTRAL_DISTANCE * edge {
             done.iterations += left_for.iterations;
             state.x = saddle;
             break;
@@ -103,11 +120,22 @@ pub(super) fn minimum(
     route: &Route<'_>,
     state: &mut State,
 ) -> Result<Relaxation> {
+    minimum_within(workspace, route, state, (radius(route), 1.0))
+}
+
+/// The same within another radius, in mean edges, to a force tolerance times `force_factor`.
+fn minimum_within(
+    workspace: &mut Workspace,
+    route: &Route<'_>,
+    state: &mut State,
+    (radius, force_factor): (f64, f64),
+) -> Result<Relaxation> {
     let (mut next, held) = route.at(route.clock().1, state);
     let distance_tolerance = DISTANCE_TOLERANCE;
     let minimisation = Minimisation {
-        trust: Some(radius(route)),
+        trust: Some(radius),
         distance_tolerance,
+        force_factor,
         held,
         ..Minimisation::default()
     };
@@ -116,8 +144,8 @@ pub(super) fn minimum(
     Ok(done)
 }
 
-/// Follows the gradient flow from the shape of `state`, by sub-steps of the length `step` at first, to the minimum that it
-/// leads to: a jump.
+/// Follows the gradient flow from the shape of `state`, after a step of the length `step`, to the minimum that it leads to:
+/// a jump.
 pub(super) fn flow(
     workspace: &mut Workspace,
     route: &Route<'_>,
@@ -134,44 +162,45 @@ pub(super) fn flow(
     let reduction = workspace.reduction().clone();
     let (mut done, mut motion) = (Relaxation::default(), Motion::default());
     let most = workspace.iterations() + ITERATION_BUDGET * workspace.most_iterations();
-    let (shortest, longest) = (SHORTEST * route.length(), LONGEST * route.length());
+    let (shortest, longest) = (SHORTEST_SUB_STEP * step, LONGEST_SUB_STEP * route.length());
+    let near = radius(route).min(END_RADIUS);
     // Pseudo-time at fixed conditions.
-    let mut pace = Pace { t: end, step, ..Pace::default() };
-    for _ in 0..TRIES {
+    let mut pace = Pace { t: end, step: FIRST_SUB_STEP * step, ..Pace::default() };
+    for _ in 0..MAX_SUB_STEPS {
         if workspace.iterations() > most || pace.step > longest {
             break;
         }
         let clock = (pace.t, pace.t + pace.step);
-        let next = sub_step(&mut motion, workspace, route, clock, state, (viscosity, 1.0));
-        let (error, next) = match next {
+        let next = sub_step(&mut motion, workspace, route, clock, state, (viscosity, FORCE_FACTOR));
+        let next = match next {
             Ok(next) => {
                 done.add(&next.done);
-                (next.error, Some(next))
+                Some(next).filter(|next| next.error <= 1.0)
             }
-            Err(error) if error.is_without_rest() => (f64::INFINITY, None),
+            Err(error) if error.is_without_rest() => None,
             Err(error) => return Err(error),
         };
-        let Some(next) = next.filter(|next| next.error <= 1.0) else {
+        let Some(next) = next else {
             if pace.step <= shortest {
                 break;
             }
-            pace.reject(error);
+            pace.reject();
             continue;
         };
         workspace.pass(&state.x, &next.x, true)?;
         let moved = reduction.distance(&state.x, &next.x) / edge;
         state.x = next.x;
-        if !pace.accept(moved, next.error) || moved > STILL {
+        if !pace.accept(moved, next.error) || moved > SLOW_DISPLACEMENT || pace.step < step {
             continue;
         }
-        match minimum(workspace, route, state) {
+        match minimum_within(workspace, route, state, (near, FORCE_FACTOR)) {
             Ok(more) => {
                 done.add(&more);
                 done.jumps = 1;
                 return Ok(done);
             }
             Err(error) if !error.is_without_rest() => return Err(error),
-            Err(_) if moved < STUCK => _ = leave(workspace, route, state)?,
+            Err(_) if moved < SADDLE_DISPLACEMENT => _ = leave(workspace, route, state)?,
             Err(_) => {}
         }
     }
@@ -183,27 +212,26 @@ pub(super) fn flow(
 struct Pace {
     t: f64,
     step: f64,
-    stall: Stall,
+    /// Whether one was rejected since the last snap.
+    cautious: bool,
     /// Mean edges in a unit of pseudo-time, in the last sub-step.
     speed: f64,
 }
 
 impl Pace {
-    /// Repeats a sub-step that is rejected for its `error` by a shorter one.
-    fn reject(&mut self, error: f64) {
-        self.stall.reject((self.t, self.t + self.step), error);
-        self.step *= self.stall.shrink(self.step, error);
+    /// Repeats a sub-step that is rejected by a shorter one.
+    fn reject(&mut self) {
+        self.cautious = true;
+        self.step *= STEP_REDUCTION;
     }
 
-    /// Continues after a sub-step that `moved` the shape, with an `error`. Whether the motion dies down, which it does only
-    /// after it has grown.
+    /// Continues after a sub-step that `moved` the shape, with an `error`. Whether the motion dies down.
     fn accept(&mut self, moved: f64, error: f64) -> bool {
         let speed = moved / self.step;
-        let slows = std::mem::replace(&mut self.speed, speed) >= speed;
+        let slows = speed <= SLOWED_SPEED * std::mem::replace(&mut self.speed, speed);
+        self.cautious &= !(slows && moved > SNAP_DISPLACEMENT);
         self.t += self.step;
-        // After a rejection a sub-step is not lengthened at once.
-        self.step *= factor(error, if self.stall.is_open() { 1.0 } else { GROWTH });
-        self.stall = Stall::default();
+        self.step *= factor(error, if self.cautious { STEP_GROWTH.1 } else { STEP_GROWTH.0 });
         slows
     }
 }
@@ -217,7 +245,7 @@ fn leave(workspace: &mut Workspace, route: &Route<'_>, state: &mut State) -> Res
     let (at, held) = route.at(route.clock().1, state);
     let Some(mode) = workspace.unstable_mode(&at, held)? else { return Ok(false) };
     let mut x = state.x.to_vec();
-    parallel::update(&mut x, |i, x| *x += SEED * edge * mode[i]);
+    parallel::update(&mut x, |i, x| *x += MODE_DISPLACEMENT * edge * mode[i]);
     state.x = x.into();
     Ok(true)
 }

@@ -3,13 +3,13 @@
 //! The distance between a sub-step and its prediction falls with its length along a branch, at a fold at the end of one
 //! with the square root. Where it does not, the shape jumps, and shorter sub-steps would only look for the instant.
 
-use super::{SAFETY, SHRINK, factor};
+use super::{SAFETY, STEP_REDUCTION, factor};
 
 /// A sub-step jumps if it has at most this share of the length of one that was rejected before it, or this where it has no
 /// result, which may be the solver's fault,
-const SHORTER: (f64, f64) = (0.25, 0.02);
+const STALLED_LENGTH: (f64, f64) = (0.25, 0.02);
 /// and at least so large a share of its error.
-const SAME: f64 = 0.75;
+const STALLED_ERROR: f64 = 0.75;
 
 /// The first of the rejected sub-steps whose error does not fall.
 #[derive(Default, Clone, Copy)]
@@ -26,9 +26,9 @@ impl Stall {
     /// Takes up the rejection of a sub-step for its `error`, infinite where it has no result. Whether it jumps.
     pub(super) fn reject(&mut self, (t, until): (f64, f64), error: f64) -> bool {
         let length = until - t;
-        let shorter = if error.is_finite() { SHORTER.0 } else { SHORTER.1 };
+        let shorter = if error.is_finite() { STALLED_LENGTH.0 } else { STALLED_LENGTH.1 };
         match self.0 {
-            Some(first) if error >= SAME * first.error => length <= shorter * first.length,
+            Some(first) if error >= STALLED_ERROR * first.error => length <= shorter * first.length,
             _ => {
                 self.0 = Some(Rejected { until, length, error });
                 false
@@ -36,15 +36,10 @@ impl Stall {
         }
     }
 
-    /// Whether sub-steps are rejected.
-    pub(super) fn is_open(&self) -> bool {
-        self.0.is_some()
-    }
-
     /// Share of its `length` at which a rejected sub-step is repeated.
     pub(super) fn shrink(&self, length: f64, error: f64) -> f64 {
         let again = self.0.is_some_and(|first| length < first.length);
-        if again { SHRINK } else { factor(error, SAFETY) }
+        if again { STEP_REDUCTION } else { factor(error, SAFETY) }
     }
 
     /// A sub-step to `until` is accepted.
@@ -99,9 +94,9 @@ mod tests {
         let mut stall = Stall::default();
         assert!(!stall.reject((0.0, 1.0), 2.0));
         stall.pass(0.5);
-        assert!(stall.is_open());
+        assert!(stall.0.is_some());
         stall.pass(1.5);
-        assert!(!stall.is_open());
+        assert!(stall.0.is_none());
         assert!(!stall.reject((1.5, 1.6), 2.0));
     }
 }

@@ -10,15 +10,16 @@ use crate::model::{Positions, State};
 /// Tolerances of a sub-step, relative to the largest displacement and in mean edges. They keep to a branch; the accuracy
 /// on it is that of the equilibrium.
 const TOLERANCE: (f64, f64) = (0.05, 0.1);
-/// Largest error of a vertex in a sub-step, in mean edges. Snaps are local: no mean over a large sheet sees them.
+/// Largest error of a vertex in a sub-step, in mean edges, in jumps as well. Snaps are local: no mean over a large sheet sees
+/// them, and one sub-step across a snap comes to any of the minima around.
 const LARGEST_ERROR: f64 = 0.35;
 /// Radius of the trust region of a minimisation about its start, in mean edges, along a branch and while a start is let go:
 /// with 2 there coarse meshes came to minima that depended on the linear solver.
-const RADIUS: (f64, f64) = (2.0, 0.25);
+const TRUST_RADIUS: (f64, f64) = (2.0, 0.25);
 /// Largest estimated distance to a minimum, in mean edges: forces alone leave soft bending modes far from it.
 pub(super) const DISTANCE_TOLERANCE: f64 = 0.02;
-/// Factor on the tolerance of sub-steps in jumps, which are many.
-const IN_JUMPS: f64 = 4.0;
+/// Factor on the RMS tolerance of sub-steps in jumps, which are many.
+const JUMP_TOLERANCE_FACTOR: f64 = 4.0;
 
 /// Where a sub-step leads.
 pub(super) struct SubStep {
@@ -56,16 +57,16 @@ pub(super) fn sub_step(
     let by = viscosity / (until - t);
     let loss = Loss::of(workspace, route, ((t, until), by), (&at, &fine))?;
     let released = loss.and_then(|loss| loss.in_jump());
-    let factor = if released.is_some() { IN_JUMPS } else { 1.0 };
     let mean = workspace.model.shape_misfit(&at, (&coarse, &fine), TOLERANCE);
+    let mean = if released.is_some() { mean / JUMP_TOLERANCE_FACTOR } else { mean };
     let edge = workspace.model.mechanics().reference().mean_edge();
     let largest = workspace.reduction().distance(&coarse.x, &fine.x) / (LARGEST_ERROR * edge);
     // What is not a number stays so.
-    let error = if mean < largest { largest } else { mean } / factor;
+    let error = if mean < largest { largest } else { mean };
     Ok(SubStep { x: fine.x, done: moved.done, released, error })
 }
 
 /// Radius of the trust region of minimisations along `route`.
 pub(super) fn radius(route: &Route<'_>) -> f64 {
-    if route.is_held() { RADIUS.1 } else { RADIUS.0 }
+    if route.is_held() { TRUST_RADIUS.1 } else { TRUST_RADIUS.0 }
 }

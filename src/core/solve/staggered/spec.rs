@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{ERROR_POWER, FIRST_ERROR, GROWTH, Staggered, USUAL};
+use super::{DEFAULT_TOLERANCE, ERROR_POWER, FIRST_ERROR, MAX_STEP_GROWTH, Staggered};
 use crate::model::Storage;
 use crate::num::checked::Positive;
 use crate::solve::chemistry::{ChemistryMethod, ChemistrySteps, SteadyChemistry};
@@ -59,7 +59,7 @@ impl Default for StaggeredSpec {
 const DEFAULT_STEP: f64 = 0.01;
 
 fn default_tolerance() -> Positive {
-    const { Positive::constant(USUAL) }
+    const { Positive::constant(DEFAULT_TOLERANCE) }
 }
 
 /// How a staggered step is made.
@@ -142,7 +142,7 @@ impl IntegratorSpec for StaggeredSpec {
                 rtol: self.rtol.get(),
                 power: ERROR_POWER,
                 longest: self.longest_step.map_or(f64::INFINITY, Positive::get),
-                growth: GROWTH,
+                growth: MAX_STEP_GROWTH,
             },
         }
     }
