@@ -28,7 +28,7 @@ use std::sync::Arc;
 
 use rumple::Vec3;
 use rumple::effects::{
-    EffectContext, Elasticity, EnergyTerm, HessianPart, Material, Measure, Pins,
+    EffectContext, EnergyTerm, HessianPart, Material, MaterialField, Measure, Pins,
 };
 use rumple::model::{Mechanics, Potential};
 use rumple::scene::Scene;
@@ -112,7 +112,11 @@ pub fn mean_edge(sheet: &Sheet) -> f64 {
 }
 
 /// The energy of one effect, from the text of its table in a scene.
-pub fn energy(sheet: &Sheet, material: impl Into<Elasticity>, table: &str) -> Outcome<EnergyTerm> {
+pub fn energy(
+    sheet: &Sheet,
+    material: impl Into<MaterialField>,
+    table: &str,
+) -> Outcome<EnergyTerm> {
     let elasticity = material.into();
     let material = elasticity.largest();
     let text = format!(
@@ -137,7 +141,7 @@ pub fn energy(sheet: &Sheet, material: impl Into<Elasticity>, table: &str) -> Ou
 /// The mechanics of a sheet with the listed effects.
 pub fn mechanics(
     sheet: &Arc<Sheet>,
-    material: impl Into<Elasticity>,
+    material: impl Into<MaterialField>,
     effects: &[&str],
     pins: Pins,
 ) -> Outcome<Potential> {

@@ -27,7 +27,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use rumple::Vec3;
-use rumple::effects::{Elasticity, Field, Material, Pins};
+use rumple::effects::{Field, Material, MaterialField, Pins};
 use rumple::geometry::{AreaRule, VertexArea};
 use rumple::kinetics::Location;
 use rumple::num::real;
@@ -160,9 +160,9 @@ pub fn step(rows: usize, models: &Models) -> Outcome<Sample> {
         MATERIAL.thickness,
         (STEP - 1.0) * MATERIAL.thickness
     ));
-    let material = Elasticity {
+    let material = MaterialField {
         thickness: thickness.on(Location::Face, &sheet, None, "thickness")?,
-        ..Elasticity::from(&MATERIAL)
+        ..MaterialField::from(&MATERIAL)
     };
     let pins: Pins = sheet.rest().iter().map(|x| [x.x < 1.5 * dx; 3]).collect();
     let mut mechanics = mechanics(&sheet, material, &[models.stretching, models.bending], pins)?;

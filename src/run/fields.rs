@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use crate::Vec3;
-use crate::effects::Elasticity;
+use crate::effects::MaterialField;
 use crate::geometry::{Curvature, VertexArea};
 use crate::kinetics::{Location, Signal};
 use crate::model::{Evaluation, Model, Potential, Signals, TensionReading};
@@ -62,7 +62,7 @@ impl Fields {
         model: &Model,
         area: VertexArea,
         rest_area: &RestAreas<'_>,
-        material: Option<&Elasticity>,
+        material: Option<&MaterialField>,
     ) -> Result<Self> {
         let chemistry = model.chemistry();
         let species: Vec<&str> = chemistry

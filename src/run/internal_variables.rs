@@ -4,7 +4,7 @@
 //! for pictures, and cell fields `NAME of edges` with the values of the three edges of every triangle, each opposite the
 //! corner of the same number: all digits of them.
 
-use crate::effects::Internal;
+use crate::effects::InternalVariables;
 use crate::kinetics::Location;
 use crate::model::{Model, State};
 use crate::num::real;
@@ -28,7 +28,7 @@ pub(super) fn add_fields<'a>(
         if !names.contains(&title) {
             continue;
         }
-        match term.place() {
+        match term.location() {
             Location::Vertex => point.push(Field::scalar(title, values.as_slice())),
             Location::Face => cell.push(Field::scalar(title, values.as_slice())),
             Location::Edge => {
@@ -55,17 +55,17 @@ pub(super) fn vertex_means(sheet: &Sheet, of: impl Fn(usize) -> f64) -> Vec<f64>
 
 /// The values of `term` that `surface`, a state of `sheet`, has, or why it has none.
 pub(super) fn read(
-    term: &dyn Internal,
+    term: &dyn InternalVariables,
     sheet: &Sheet,
     surface: &Surface,
 ) -> Result<Vec<f64>, String> {
     let name = term.name();
-    let (arrays, kind, title, components) = match term.place() {
+    let (arrays, kind, title, components) = match term.location() {
         Location::Vertex => (&surface.point_arrays, "point", name.to_owned(), 1),
         Location::Face => (&surface.cell_arrays, "cell", name.to_owned(), 1),
         Location::Edge => (&surface.cell_arrays, "cell", of_edges(name), 3),
     };
-    let places = if term.place() == Location::Vertex {
+    let places = if term.location() == Location::Vertex {
         sheet.vertex_count()
     } else {
         sheet.triangle_count()
@@ -82,7 +82,7 @@ pub(super) fn read(
             "array `{title}` of the state has {given} numbers, expected {expected}"
         ));
     }
-    let values = match term.place() {
+    let values = match term.location() {
         Location::Vertex | Location::Face => array.values.clone(),
         Location::Edge => edges(array, sheet, surface),
     };
@@ -90,7 +90,7 @@ pub(super) fn read(
     match values.iter().position(wrong) {
         None => Ok(values),
         Some(place) => {
-            let (value, noun) = (values[place], term.place().noun());
+            let (value, noun) = (values[place], term.location().noun());
             Err(format!("{name} of the state is {value} at {noun} {place}"))
         }
     }

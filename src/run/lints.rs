@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::{Result, Simulation};
 use crate::Stepper;
 use crate::Vec3;
-use crate::effects::Elasticity;
+use crate::effects::MaterialField;
 use crate::geometry::{aligned, face_areas};
 use crate::kinetics::Kinetics;
 use crate::model::{Chemistry, Drag, Mechanics, Model, Potential, State};
@@ -38,7 +38,7 @@ const REMAINING_SHARE: f64 = 0.05;
 pub(super) fn on_scene(
     scene: &Scene,
     sheet: &Sheet,
-    material: Option<&Elasticity>,
+    material: Option<&MaterialField>,
     notes: &mut Vec<String>,
 ) {
     let names: Vec<String> = scene.effects.iter().map(|effect| effect.name()).collect();

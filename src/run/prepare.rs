@@ -13,7 +13,7 @@ use super::setup_cost::SetupCost;
 use super::simulation::{Simulation, mesh_record};
 use super::snapshot::Snapshot;
 use super::{Error, Fields, Result, initial_state, laws, lints, planar, scale_checks};
-use crate::effects::{EffectError, Elasticity, ReadSurface};
+use crate::effects::{EffectError, MaterialField, ReadSurface};
 use crate::geometry::face_areas;
 use crate::kinetics::{Kinetics, Location, PluginSearch, Signal};
 use crate::model::{Model, ParameterFields, Potential, State};
@@ -29,7 +29,7 @@ use crate::{Stepper, Vec3};
 ///
 /// # Errors
 /// A field that cannot be read there, with its place.
-pub fn material(scene: &Scene, sheet: &Sheet) -> Result<Option<Elasticity>> {
+pub fn material(scene: &Scene, sheet: &Sheet) -> Result<Option<MaterialField>> {
     material_read_by(scene, sheet, &read_surface)
 }
 
@@ -37,7 +37,7 @@ fn material_read_by(
     scene: &Scene,
     sheet: &Sheet,
     read: &ReadSurface<'_>,
-) -> Result<Option<Elasticity>> {
+) -> Result<Option<MaterialField>> {
     let Some(material) = &scene.material else { return Ok(None) };
     let placed = |key: &'static str| {
         move |e: EffectError| {
@@ -49,7 +49,7 @@ fn material_read_by(
     let poisson = material.poisson.on(place, sheet, read, "poisson").map_err(placed("poisson"))?;
     let thickness =
         material.thickness.on(place, sheet, read, "thickness").map_err(placed("thickness"))?;
-    Ok(Some(Elasticity { young, poisson, thickness }))
+    Ok(Some(MaterialField { young, poisson, thickness }))
 }
 
 /// Refuses what a point cannot have.
@@ -193,7 +193,7 @@ fn start(scene: &Scene, simulation: &mut Simulation) -> Result<()> {
 }
 
 /// What is written in frames.
-fn fields(scene: &Scene, stepper: &Stepper, material: Option<&Elasticity>) -> Result<Fields> {
+fn fields(scene: &Scene, stepper: &Stepper, material: Option<&MaterialField>) -> Result<Fields> {
     let model = stepper.model();
     let rest_area: LazyCell<Arc<[f64]>, _> =
         LazyCell::new(|| face_areas(model.sheet(), model.sheet().rest()).into());
@@ -225,7 +225,7 @@ pub(super) fn model(
 fn problem<'a>(
     scene: &'a Scene,
     sheet: &Arc<Sheet>,
-    material: Option<&Elasticity>,
+    material: Option<&MaterialField>,
     laws: Option<&Laws>,
     of: Option<&(Sheet, RankPart)>,
 ) -> Result<Problem<'a>> {

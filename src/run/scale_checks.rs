@@ -103,7 +103,7 @@ pub(super) fn check_transport(
         short(rate)
     );
     let help = format!("at most {LARGEST:e}: choose other units");
-    Err(ProblemError::new(Part::Effect(number, transport.key().into()), message, Some(&help)))
+    Err(ProblemError::new(Part::Effect(number, transport.speed_key().into()), message, Some(&help)))
 }
 
 /// In a few digits.

@@ -15,7 +15,7 @@ use std::sync::Arc;
 use rumple_numerics::Vec3;
 use rumple_numerics::num::index;
 use rumple_numerics::reduction::{
-    CommunicationCounts, Communicator, Distribution, Points, Reduction,
+    CommunicationCounts, Communicator, Distribution, HaloMap, Reduction,
 };
 
 use super::generate::lattice::{Lattice, Patch};
@@ -312,7 +312,7 @@ impl Cut<'_> {
         owned: usize,
         owner: impl Fn(u32) -> u32,
         users: impl Fn(u32) -> Vec<u32>,
-    ) -> Points {
+    ) -> HaloMap {
         let mut send: Vec<(usize, Vec<u32>)> = Vec::new();
         let mut receive = send.clone();
         let add = |lists: &mut Vec<(usize, Vec<u32>)>, rank: u32, i: usize| {
@@ -331,6 +331,6 @@ impl Cut<'_> {
         }
         send.sort_unstable_by_key(|(rank, _)| *rank);
         receive.sort_unstable_by_key(|(rank, _)| *rank);
-        Points { owned, count: points.len(), send, receive }
+        HaloMap { owned, count: points.len(), send, receive }
     }
 }

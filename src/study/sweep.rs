@@ -16,7 +16,7 @@ use std::iter::once;
 use std::path::Path;
 
 use super::draw::contact_sheet::{ACROSS, ContactSheet, GAP, LINE, Shape, TILE};
-use super::draw::plot::KeyPlot;
+use super::draw::plot::StudyPlot;
 use super::draw::table::{csv_table, markdown_table, number, work_cells, work_titles};
 use super::gather::{Measures, MemberResults, MemberStatus, ShownState, counts};
 use super::plan::{Axis, Plan};
@@ -169,13 +169,13 @@ const WIDE_KEY: f64 = 30.0;
 #[must_use]
 pub fn figure(plan: &Plan, members: &[MemberResults], across: usize) -> Figure {
     let axis = &plan.axes[across];
-    let plot = KeyPlot::new(plan, across, |k| {
+    let plot = StudyPlot::new(plan, across, |k| {
         k != across && plan.axes.get(k).is_some_and(|axis| !axis.is_seed())
     });
     let wide = axis.logarithmic || is_wide(plot.places.iter().copied(), WIDE_KEY);
     let positive = plot.places.iter().all(|x| *x > 0.0) && axis.numbers().is_some();
     let lost = members.iter().filter(|f| f.status.is_lost());
-    let failed: Vec<(usize, f64)> = lost.filter_map(|found| plot.place(&found.at)).collect();
+    let failed: Vec<(usize, f64)> = lost.filter_map(|found| plot.curve_and_x(&found.at)).collect();
     let complete = || members.iter().filter(|f| f.status == MemberStatus::Complete);
     let panel = |column: &Column| -> Option<Panel> {
         let values = complete().filter_map(|f| Some((&f.at[..], (column.of)(f)?)));

@@ -83,11 +83,11 @@ impl<'a, T: Transport> On<'a, T> {
 
 impl On<'_, Cotan> {
     pub fn area(&self) -> &[f64] {
-        self.transport.in_use(&self.operator).area()
+        self.transport.effective_operator(&self.operator).area()
     }
 
     pub fn negative_weights(&self) -> usize {
-        self.transport.in_use(&self.operator).negative_weights()
+        self.transport.effective_operator(&self.operator).negative_weights()
     }
 }
 

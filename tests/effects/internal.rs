@@ -30,12 +30,12 @@ impl EffectSpec for Damaged {
     }
 }
 
-impl Internal for Damaged {
+impl InternalVariables for Damaged {
     fn name(&self) -> &'static str {
         "damage"
     }
 
-    fn place(&self) -> Location {
+    fn location(&self) -> Location {
         Location::Vertex
     }
 

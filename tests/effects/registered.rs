@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use rumple::effects::{
-    Coupling, Effect, EffectContext, EffectError, EffectSpec, Elasticity, Energy, Field,
-    HessianPart, Material, Measure, SPONTANEOUS_CURVATURE, Values,
+    Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, Field, HessianPart, Material,
+    MaterialField, Measure, SPONTANEOUS_CURVATURE, Values,
 };
 use rumple::geometry::Conditions;
 use rumple::kinetics::Location;
@@ -335,7 +335,7 @@ fn elastic_effects_pass_the_kit_where_the_material_varies() {
     for (kind, table, closed, [translation, rotation, rest]) in elastic {
         let (spec, sheet) = (read(kind, table), sheet(*closed));
         let on = |text| field(text).on(Location::Face, &sheet, None, "thickness").unwrap();
-        let material = Elasticity {
+        let material = MaterialField {
             young: on("10 + x"),
             poisson: on("0.2 + 0.02*x"),
             thickness: on("0.5 + 0.3*step(y - 0.1)"),
@@ -363,11 +363,15 @@ fn a_field_of_one_value_is_the_number() {
             .map(|x| x + 0.1 * rumple::Vec3::new((3.0 * x.y).sin(), x.z * x.x, (2.0 * x.x).cos()))
             .collect();
         let count = sheet.triangle_count();
-        let field =
-            Elasticity { thickness: Values::Each(vec![0.5; count]), ..Elasticity::from(&number) };
-        let poisson =
-            Elasticity { poisson: Values::Each(vec![0.2; count]), ..Elasticity::from(&number) };
-        let of = |varying: Option<&Elasticity>| {
+        let field = MaterialField {
+            thickness: Values::Each(vec![0.5; count]),
+            ..MaterialField::from(&number)
+        };
+        let poisson = MaterialField {
+            poisson: Values::Each(vec![0.2; count]),
+            ..MaterialField::from(&number)
+        };
+        let of = |varying: Option<&MaterialField>| {
             let context = EffectContext {
                 sheet: &sheet,
                 material: Some(&number),

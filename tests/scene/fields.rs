@@ -60,7 +60,7 @@ fn built(file: &str, from: &str, to: &str) -> (String, Result<Simulation, rumple
     (text, scene.and_then(|scene| Simulation::new(&scene, &search)))
 }
 
-fn material(file: &str, key: &str) -> rumple::effects::Elasticity {
+fn material(file: &str, key: &str) -> rumple::effects::MaterialField {
     let from = match key.split(' ').next() {
         Some("young") => "young = 2.0",
         Some("poisson") => "poisson = 0.3",

@@ -30,7 +30,7 @@ impl EffectSpec for Indenter {
         let [centre, displacement] =
             [self.centre, self.displacement].map(|v| Vec3::from(v.map(Finite::get)));
         let (radius, stiffness) = (self.radius.get(), self.stiffness.get());
-        let (ramp, area) = (Factor::new(self.ramp.as_ref())?, lumped_areas(context.sheet));
+        let (ramp, area) = (RampFactor::new(self.ramp.as_ref())?, lumped_areas(context.sheet));
         let vertices = (0..).take(area.len()).map(|i| [i]).collect();
         let ball = Elements::new("indenter", context.sheet, vertices, move |now, i| Ball {
             centre: centre + ramp.at(now.time) * displacement,

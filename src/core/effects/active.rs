@@ -35,7 +35,7 @@ use serde::{Deserialize, Serialize};
 
 use super::fibre::shape_slopes;
 use super::field::named;
-use super::ramp::Factor;
+use super::ramp::RampFactor;
 use super::timed_field;
 use super::{
     Effect, EffectContext, EffectError, EffectSpec, Element, Elements, Fibre, Field, HessianPart,
@@ -65,7 +65,7 @@ impl EffectSpec for ActiveTension {
     fn breakpoints(&self, sheet: &Sheet, until: f64) -> Vec<f64> {
         let mut times = timed_field::breakpoints([&self.value], sheet, until);
         times.extend(
-            Factor::new(self.ramp.as_ref()).iter().flat_map(|ramp| ramp.breakpoints(until)),
+            RampFactor::new(self.ramp.as_ref()).iter().flat_map(|ramp| ramp.breakpoints(until)),
         );
         times
     }
@@ -83,7 +83,7 @@ impl EffectSpec for ActiveTension {
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
-        let factor = Factor::new(self.ramp.as_ref())?;
+        let factor = RampFactor::new(self.ramp.as_ref())?;
         let fibres = self.fibre.as_ref().map(|fibre| fibre.in_triangles(context)).transpose()?;
         let unit_tensions = unit_tensions(context.sheet, fibres.as_deref());
         let field = context.vertex_field(&self.value, "value")?;
@@ -105,7 +105,7 @@ fn given(
     sheet: &Sheet,
     unit_tensions: Vec<Pull>,
     values: &Values,
-    factor: Factor,
+    factor: RampFactor,
 ) -> Elements<3, Pull> {
     let mut pulls = unit_tensions;
     for (pull, corners) in pulls.iter_mut().zip(sheet.triangles()) {
@@ -123,7 +123,7 @@ fn by_formula(
     sheet: &Sheet,
     unit_tensions: Vec<Pull>,
     field: VertexField,
-    factor: Factor,
+    factor: RampFactor,
 ) -> Elements<3, Pull> {
     let read = field.species().to_vec();
     let shared = Arc::new((unit_tensions, field, factor));

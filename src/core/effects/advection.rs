@@ -99,7 +99,7 @@ impl EffectSpec for Advection {
         let mut rest_area = Vec::new();
         if context.measure == Measure::Amount {
             rest_area.resize(sheet.vertex_count(), 0.0);
-            cells(sheet, sheet.rest(), &mut rest_area);
+            cell_areas(sheet, sheet.rest(), &mut rest_area);
         }
         Ok(Effect::transport(CellAdvection { species, velocity, upwind, rest_area }))
     }
@@ -128,7 +128,7 @@ struct AdvectionOperator {
 }
 
 /// Areas of the cells on the shape `x`.
-fn cells(sheet: &Sheet, x: &[Vec3], area: &mut [f64]) {
+fn cell_areas(sheet: &Sheet, x: &[Vec3], area: &mut [f64]) {
     let third_area = |t: usize| {
         let [a, b, c] = sheet.triangles()[t].map(|v| x[v as usize]);
         (b - a).cross(&(c - a)).norm() / 6.0
@@ -137,7 +137,7 @@ fn cells(sheet: &Sheet, x: &[Vec3], area: &mut [f64]) {
 }
 
 /// Φ of the edge opposite corner k of a triangle, from corner k+1 to k+2.
-fn across(corners: [Vec3; 3], k: usize, velocity: &Vec3) -> f64 {
+fn flux_across(corners: [Vec3; 3], k: usize, velocity: &Vec3) -> f64 {
     let [a, b, c] = corners;
     let normal = (b - a).cross(&(c - a)).normalize();
     velocity.dot(&to_centroid(&corners, k).cross(&normal))
@@ -158,17 +158,17 @@ impl CellAdvection {
     }
 
     /// Density over value.
-    fn density(&self, operator: &AdvectionOperator, i: usize) -> f64 {
+    fn density_per_value(&self, operator: &AdvectionOperator, i: usize) -> f64 {
         self.rest_area.get(i).map_or(1.0, |rest| rest / operator.area[i])
     }
 
     /// The area that the value is counted per.
-    fn per(&self, operator: &AdvectionOperator, i: usize) -> f64 {
+    fn value_area(&self, operator: &AdvectionOperator, i: usize) -> f64 {
         self.rest_area.get(i).copied().unwrap_or(operator.area[i])
     }
 
     /// What flows into cell i through edge e from the cell j, as shares of the densities of i and j.
-    fn inflow(&self, sheet: &Sheet, flux: &[f64], e: usize, i: usize) -> [f64; 2] {
+    fn inflow_shares(&self, sheet: &Sheet, flux: &[f64], e: usize, i: usize) -> [f64; 2] {
         let [first, second] = self.carried(flux[e]);
         match sheet.edges()[e].vertices[0] as usize == i {
             true => [-first, -second],
@@ -188,7 +188,7 @@ impl Transport for CellAdvection {
         self.species
     }
 
-    fn key(&self) -> &'static str {
+    fn speed_key(&self) -> &'static str {
         "velocity"
     }
 
@@ -197,14 +197,14 @@ impl Transport for CellAdvection {
         operator.area.resize(sheet.vertex_count(), 0.0);
         operator.flux.resize(sheet.edges().len(), 0.0);
         let corners = |t: usize| triangles[t].map(|v| x[v as usize]);
-        cells(sheet, x, &mut operator.area);
+        cell_areas(sheet, x, &mut operator.area);
         let (edges, opposite) = (sheet.edges(), sheet.triangle_edges());
         parallel::fill(&mut operator.flux, |e| {
             let sides = edges[e].triangles.iter().filter(|t| **t != Edge::NONE);
             let of = |t: &u32| {
                 let t = *t as usize;
                 let k = (0..3).find(|&k| opposite[t][k] as usize == e).unwrap_or(0);
-                let flux = across(corners(t), k, &self.velocity[t]);
+                let flux = flux_across(corners(t), k, &self.velocity[t]);
                 match triangles[t][(k + 1) % 3] == edges[e].vertices[0] {
                     true => flux,
                     false => -flux,
@@ -218,27 +218,27 @@ impl Transport for CellAdvection {
             let mut own = 0.0;
             let mut row = 0.0;
             for &(e, j) in around {
-                let [mine, theirs] = self.inflow(sheet, &shown.flux, e as usize, i);
+                let [mine, theirs] = self.inflow_shares(sheet, &shown.flux, e as usize, i);
                 own += mine;
-                row += theirs.abs() * self.density(shown, j as usize);
+                row += theirs.abs() * self.density_per_value(shown, j as usize);
             }
-            (row + own.abs() * self.density(shown, i)) / self.per(shown, i)
+            (row + own.abs() * self.density_per_value(shown, i)) / self.value_area(shown, i)
         });
         operator.bound = bound;
     }
 
     fn add_rate(&self, sheet: &Sheet, operator: &AdvectionOperator, c: &[f64], out: &mut [f64]) {
         parallel::update(out, |i, rate| {
-            let mine = c[i] * self.density(operator, i);
+            let mine = c[i] * self.density_per_value(operator, i);
             let around = sheet.vertex_edges().of(i).iter();
             let flow: f64 = around
                 .map(|&(e, j)| {
-                    let [own, other] = self.inflow(sheet, &operator.flux, e as usize, i);
-                    let theirs = c[j as usize] * self.density(operator, j as usize);
+                    let [own, other] = self.inflow_shares(sheet, &operator.flux, e as usize, i);
+                    let theirs = c[j as usize] * self.density_per_value(operator, j as usize);
                     own * mine + other * theirs
                 })
                 .sum();
-            *rate += flow / self.per(operator, i);
+            *rate += flow / self.value_area(operator, i);
         });
     }
 
@@ -253,14 +253,18 @@ impl Transport for CellAdvection {
         emit: &mut dyn FnMut(usize, usize, f64),
     ) {
         for i in 0..sheet.vertex_count() {
-            let per = self.per(operator, i);
+            let value_area = self.value_area(operator, i);
             let mut diagonal = 0.0;
             for &(e, j) in sheet.vertex_edges().of(i) {
-                let [own, other] = self.inflow(sheet, &operator.flux, e as usize, i);
+                let [own, other] = self.inflow_shares(sheet, &operator.flux, e as usize, i);
                 diagonal += own;
-                emit(i, j as usize, other * self.density(operator, j as usize) / per);
+                emit(
+                    i,
+                    j as usize,
+                    other * self.density_per_value(operator, j as usize) / value_area,
+                );
             }
-            emit(i, i, diagonal * self.density(operator, i) / per);
+            emit(i, i, diagonal * self.density_per_value(operator, i) / value_area);
         }
     }
 
@@ -273,7 +277,7 @@ impl Transport for CellAdvection {
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
         let density: Vec<f64> =
-            c.iter().enumerate().map(|(i, c)| c * self.density(operator, i)).collect();
+            c.iter().enumerate().map(|(i, c)| c * self.density_per_value(operator, i)).collect();
         let mut rate = vec![0.0; c.len()];
         self.add_rate(sheet, operator, c, &mut rate);
         for (t, triangle) in sheet.triangles().iter().enumerate() {
@@ -302,8 +306,8 @@ impl Transport for CellAdvection {
                     // The normal turns by -N (∇φ_m·dx).
                     let slope = normal.cross(&opposite(m)) / double_area;
                     let by = carried * (part * along - slope.dot(&tilt) * normal);
-                    emit(i, v[m], -by / self.per(operator, i));
-                    emit(j, v[m], by / self.per(operator, j));
+                    emit(i, v[m], -by / self.value_area(operator, i));
+                    emit(j, v[m], by / self.value_area(operator, j));
                 }
             }
             for m in 0..3 {
@@ -336,12 +340,12 @@ impl CellAdvection {
             let mut own = 0.0;
             for &(e, j) in sheet.vertex_edges().of(i) {
                 let j = j as usize;
-                let [mine, _] = self.inflow(sheet, &operator.flux, e as usize, i);
-                let [_, theirs] = self.inflow(sheet, &operator.flux, e as usize, j);
+                let [mine, _] = self.inflow_shares(sheet, &operator.flux, e as usize, i);
+                let [_, theirs] = self.inflow_shares(sheet, &operator.flux, e as usize, j);
                 own += mine;
-                emit(j, theirs * slope / self.per(operator, j));
+                emit(j, theirs * slope / self.value_area(operator, j));
             }
-            emit(i, own * slope / self.per(operator, i));
+            emit(i, own * slope / self.value_area(operator, i));
         }
     }
 }

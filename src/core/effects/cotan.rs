@@ -1,8 +1,8 @@
 //! Cotangent Laplace-Beltrami of linear elements with lumped mass, of a species by itself or by another one.
 //!
-//! Equation and reference: see the files `diffusion.rs`, `cross_diffusion.rs` and, along fibres, `along_fibres.rs`.
+//! Equation and reference: see the files `diffusion.rs`, `cross_diffusion.rs` and, along fibres, `fibre_diffusion.rs`.
 
-use super::along_fibres::AlongFibres;
+use super::fibre_diffusion::AlongFibres;
 use super::{Measure, Transport, Values};
 use crate::Vec3;
 use crate::geometry::sum_at_corners;
@@ -176,7 +176,7 @@ impl Cotan {
 
     /// The operator in use where that of the shape is `operator`.
     #[must_use]
-    pub fn in_use<'a>(&'a self, operator: &'a CotanOperator) -> &'a CotanOperator {
+    pub fn effective_operator<'a>(&'a self, operator: &'a CotanOperator) -> &'a CotanOperator {
         self.frozen.as_ref().unwrap_or(operator)
     }
 }
@@ -207,7 +207,7 @@ impl Transport for Cotan {
         })
     }
 
-    fn key(&self) -> &'static str {
+    fn speed_key(&self) -> &'static str {
         if self.fibres.is_some() { "along" } else { "coefficient" }
     }
 
@@ -228,7 +228,7 @@ impl Transport for Cotan {
             return;
         }
         let neighbours = sheet.vertex_edges();
-        let CotanOperator { weight, area, .. } = self.in_use(operator);
+        let CotanOperator { weight, area, .. } = self.effective_operator(operator);
         let rest = &self.rest_area;
         let d = self.coefficient;
         match self.measure {
@@ -255,7 +255,7 @@ impl Transport for Cotan {
     }
 
     fn spectral_bound(&self, operator: &CotanOperator) -> f64 {
-        self.coefficient.abs() * self.in_use(operator).bound
+        self.coefficient.abs() * self.effective_operator(operator).bound
     }
 
     fn entries(
@@ -264,7 +264,7 @@ impl Transport for Cotan {
         operator: &CotanOperator,
         emit: &mut dyn FnMut(usize, usize, f64),
     ) {
-        let CotanOperator { weight, area, .. } = self.in_use(operator);
+        let CotanOperator { weight, area, .. } = self.effective_operator(operator);
         let neighbours = sheet.vertex_edges();
         for i in 0..sheet.vertex_count() {
             // Rows per area; columns from values to densities.
@@ -304,7 +304,7 @@ impl Transport for Cotan {
             let factor = self.varying.get(t).copied().unwrap_or(self.coefficient);
             let v = triangle.map(|v| v as usize);
             let corners = v.map(|v| x[v]);
-            let (e, double_area, area_slopes) = edges(&corners);
+            let (e, double_area, area_slopes) = edges_and_area(&corners);
             for k in 0..3 {
                 let (i, j) = ((k + 1) % 3, (k + 2) % 3);
                 // cot θ_k drives the flow between the ends of the opposite edge.
@@ -344,7 +344,7 @@ impl Transport for Cotan {
 
 /// The edges of a triangle, each opposite the corner of its number, twice its area, and the derivatives `½ n × e_m` of its area by
 /// the corners.
-fn edges([a, b, d]: &[Vec3; 3]) -> ([Vec3; 3], f64, [Vec3; 3]) {
+fn edges_and_area([a, b, d]: &[Vec3; 3]) -> ([Vec3; 3], f64, [Vec3; 3]) {
     let e = [d - b, a - d, b - a];
     let normal = e[0].cross(&e[1]);
     let double_area = normal.norm();

@@ -27,7 +27,7 @@
 //!
 //! **Coefficients that read species** (`species_coefficient.rs`) are taken at the vertices, with the mean over the ends of an edge.
 //!
-//! **Along fibres and across them** D may be two numbers, or fields of the rest position (`along_fibres.rs`).
+//! **Along fibres and across them** D may be two numbers, or fields of the rest position (`fibre_diffusion.rs`).
 //!
 //! `scheme = "green-gauss"` (species on faces): the paper's, see [`GreenGauss`](super::GreenGauss).
 //!
@@ -40,8 +40,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::along_fibres::AlongFibres;
 use super::cotan::Cotan;
+use super::fibre_diffusion::AlongFibres;
 use super::field::named;
 use super::green_gauss::GreenGauss;
 use super::{

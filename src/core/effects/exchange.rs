@@ -16,7 +16,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::field::named;
-use super::inflow::{FluxSource, Inflow, Per};
+use super::inflow::{FluxPer, FluxSource, Inflow};
 use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Needs, Region};
 use crate::num::checked::NonNegative;
 
@@ -35,7 +35,7 @@ pub struct Exchange {
     pub reference: Field,
     /// What the flux is counted per; length where the whole region is at the boundary, or else area.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub per: Option<Per>,
+    pub per: Option<FluxPer>,
 }
 
 #[typetag::serialize(name = "exchange")]

@@ -54,9 +54,9 @@ struct Table {
 
 impl<'de> Deserialize<'de> for Fibre {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Seen;
+        struct FibreVisitor;
 
-        impl<'de> Visitor<'de> for Seen {
+        impl<'de> Visitor<'de> for FibreVisitor {
             type Value = Fibre;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -75,7 +75,7 @@ impl<'de> Deserialize<'de> for Fibre {
             }
         }
 
-        deserializer.deserialize_any(Seen)
+        deserializer.deserialize_any(FibreVisitor)
     }
 }
 
@@ -116,8 +116,8 @@ impl Fibre {
             Self::Array { file, array } => {
                 let Directions { place, values } = of_file(context, file, array)?;
                 let of = |k: usize| match place {
-                    Location::Vertex => mean(&values, &vertices(k)),
-                    _ => mean(&values, &triangles(k)),
+                    Location::Vertex => aligned_sum(&values, &vertices(k)),
+                    _ => aligned_sum(&values, &triangles(k)),
                 };
                 Ok((0..centres.len()).map(of).collect())
             }
@@ -128,16 +128,19 @@ impl Fibre {
     ///
     /// # Errors
     /// A formula or an array that cannot be read, or a direction that does not lie in the sheet anywhere near an edge.
-    pub fn along_edges(&self, context: &EffectContext<'_>) -> Result<Vec<f64>, EffectError> {
-        Ok(self.angles_of_edges(context)?.into_iter().map(|[square, _]| square).collect())
+    pub fn cos_squared_of_edges(
+        &self,
+        context: &EffectContext<'_>,
+    ) -> Result<Vec<f64>, EffectError> {
+        Ok(self.cos_sin_of_edges(context)?.into_iter().map(|[square, _]| square).collect())
     }
 
     /// cos² θ and sin θ cos θ of every edge of the sheet at rest, θ from the fibre counter-clockwise seen from where the normals
     /// point to.
     ///
     /// # Errors
-    /// As for [`Fibre::along_edges`].
-    pub fn angles_of_edges(
+    /// As for [`Fibre::cos_squared_of_edges`].
+    pub fn cos_sin_of_edges(
         &self,
         context: &EffectContext<'_>,
     ) -> Result<Vec<[f64; 2]>, EffectError> {
@@ -167,7 +170,7 @@ impl Fibre {
     /// The fibre in every triangle of the sheet at rest.
     ///
     /// # Errors
-    /// As for [`Fibre::along_edges`].
+    /// As for [`Fibre::cos_squared_of_edges`].
     pub(crate) fn in_triangles(
         &self,
         context: &EffectContext<'_>,
@@ -265,8 +268,8 @@ fn of_file(
     Ok(Directions { place, values })
 }
 
-/// Mean of some directions, each of unit length and with the sign in which it is closest to the first.
-fn mean(all: &[Vec3], some: &[u32]) -> Vec3 {
+/// Sum of some directions, each of unit length and with the sign in which it is closest to the first.
+fn aligned_sum(all: &[Vec3], some: &[u32]) -> Vec3 {
     let mut sum = Vec3::zeros();
     for k in some {
         let one = all[*k as usize].try_normalize(0.0).unwrap_or_default();

@@ -16,7 +16,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::field::named;
-use super::inflow::{FluxSource, Inflow, Per};
+use super::inflow::{FluxPer, FluxSource, Inflow};
 use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Needs, Region};
 
 /// Parameters of a flux in a scene.
@@ -32,7 +32,7 @@ pub struct Flux {
     pub value: Field,
     /// What q is counted per; length where the whole region is at the boundary, or else area.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub per: Option<Per>,
+    pub per: Option<FluxPer>,
 }
 
 #[typetag::serialize(name = "flux")]

@@ -40,13 +40,13 @@ pub struct Foundation {
     pub stiffness: Field<Positive>,
     /// Where to.
     #[serde(default)]
-    pub to: FoundationShape,
+    pub to: FoundationTarget,
 }
 
 /// Where a foundation pulls.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
-pub enum FoundationShape {
+pub enum FoundationTarget {
     /// To the rest position of every vertex.
     #[default]
     Rest,
@@ -64,8 +64,8 @@ pub enum FoundationShape {
 impl EffectSpec for Foundation {
     fn needs(&self) -> Needs {
         let along_z = match self.to {
-            FoundationShape::Rest => false,
-            FoundationShape::Plane { normal, .. } => normal[2].get() != 0.0,
+            FoundationTarget::Rest => false,
+            FoundationTarget::Plane { normal, .. } => normal[2].get() != 0.0,
         };
         Needs { out_of_plane: along_z.then_some("to"), ..Needs::default() }
     }
@@ -95,8 +95,8 @@ impl EffectSpec for Foundation {
         }
         let vector = |v: [Finite; 3]| Vec3::from(v.map(Finite::get));
         let (plane, resists) = match self.to {
-            FoundationShape::Rest => (None, Block::identity()),
-            FoundationShape::Plane { point, normal } => {
+            FoundationTarget::Rest => (None, Block::identity()),
+            FoundationTarget::Plane { point, normal } => {
                 let Some(n) = vector(normal).try_normalize(0.0) else {
                     let message = "the normal must be a nonzero vector".to_owned();
                     return Err(EffectError { key: "to", message, help: None });

@@ -58,7 +58,10 @@ impl GreenGauss {
     }
 
     /// The operator in use where that of the shape is `operator`.
-    fn in_use<'a>(&'a self, operator: &'a GreenGaussOperator) -> &'a GreenGaussOperator {
+    fn effective_operator<'a>(
+        &'a self,
+        operator: &'a GreenGaussOperator,
+    ) -> &'a GreenGaussOperator {
         self.frozen.as_ref().unwrap_or(operator)
     }
 }
@@ -156,12 +159,12 @@ impl Transport for GreenGauss {
         if self.coefficient == 0.0 {
             return;
         }
-        let laplacian = self.in_use(operator).laplacian(sheet, c);
+        let laplacian = self.effective_operator(operator).laplacian(sheet, c);
         parallel::update(out, |t, rate| *rate += self.coefficient * laplacian[t]);
     }
 
     fn spectral_bound(&self, operator: &GreenGaussOperator) -> f64 {
-        self.coefficient * self.in_use(operator).bound
+        self.coefficient * self.effective_operator(operator).bound
     }
 
     fn entries(
@@ -170,7 +173,8 @@ impl Transport for GreenGauss {
         operator: &GreenGaussOperator,
         emit: &mut dyn FnMut(usize, usize, f64),
     ) {
-        let GreenGaussOperator { average, edge_normal, conormal, .. } = self.in_use(operator);
+        let GreenGaussOperator { average, edge_normal, conormal, .. } =
+            self.effective_operator(operator);
         let (triangles, around) = (sheet.triangles(), sheet.vertex_triangles());
         // The four steps of the Laplacian, backwards from each face: mean gradients at the corners,
         // gradients of the faces around, means of the values at their corners.

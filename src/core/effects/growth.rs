@@ -149,7 +149,7 @@ impl EffectSpec for Growth {
         let sheet = context.sheet;
         let inside = self.region.choose(sheet, "growth")?;
         let read = |key: &'static str, field: &Option<Field>| {
-            field.as_ref().map(|field| factor(key, field, context, &inside)).transpose()
+            field.as_ref().map(|field| read_factor(key, field, context, &inside)).transpose()
         };
         let factors = match &self.fibre {
             None => read("factor", &self.factor)?.map(Factors::Isotropic),
@@ -157,10 +157,10 @@ impl EffectSpec for Growth {
                 let (along, across) = (read("along", &self.along)?, read("across", &self.across)?);
                 let of = |field| read_field("shear", field, context);
                 let shear = self.shear.as_ref().map(of).transpose()?;
-                let angles = fibre.angles_of_edges(context)?;
-                let directed = Directed { along, across, shear, angles };
-                directed.check(sheet, &inside)?;
-                Some(Factors::Directed(Box::new(directed)))
+                let angles = fibre.cos_sin_of_edges(context)?;
+                let anisotropic = Anisotropic { along, across, shear, angles };
+                anisotropic.check(sheet, &inside)?;
+                Some(Factors::Anisotropic(Box::new(anisotropic)))
             }
         };
         let growth = factors.map(|factors| LengthFactor::new(factors, inside, sheet));
@@ -181,7 +181,7 @@ fn read_field(
 }
 
 /// A length factor, which has to be positive at the beginning.
-fn factor(
+fn read_factor(
     key: &'static str,
     field: &Field,
     context: &EffectContext<'_>,
@@ -208,13 +208,13 @@ pub struct LengthFactor(Kind);
 enum Kind {
     /// Once and for all.
     Constant(Vec<f64>),
-    Varying(Box<Varying>),
-    Own(Function),
+    Timed(Box<TimedFactor>),
+    Function(Function),
 }
 
 /// Formulas, 1 at vertices that are not `inside`.
 #[derive(Debug, Clone)]
-struct Varying {
+struct TimedFactor {
     factors: Factors,
     inside: Vec<bool>,
 }
@@ -253,11 +253,11 @@ fn at_edges(
 #[derive(Debug, Clone)]
 enum Factors {
     Isotropic(TimedField),
-    Directed(Box<Directed>),
+    Anisotropic(Box<Anisotropic>),
 }
 
 #[derive(Debug, Clone)]
-struct Directed {
+struct Anisotropic {
     along: Option<TimedField>,
     across: Option<TimedField>,
     shear: Option<TimedField>,
@@ -265,7 +265,7 @@ struct Directed {
     angles: Vec<[f64; 2]>,
 }
 
-impl Directed {
+impl Anisotropic {
     /// g_∥, g_⊥ and s of every edge.
     fn at(&self, sheet: &Sheet, inside: &[bool], time: f64) -> impl Fn(usize) -> [f64; 3] + Sync {
         let of = |field: Option<&TimedField>, outside| {
@@ -298,7 +298,7 @@ impl Directed {
 }
 
 /// The least length factor of a metric in any direction, if it is not positive; none of a metric that has only lengths.
-fn without_length([g, h, s]: [f64; 3]) -> Option<f64> {
+fn nonpositive_length_factor([g, h, s]: [f64; 3]) -> Option<f64> {
     let least = g.min(h);
     if !(least > 0.0) {
         return Some(least);
@@ -312,7 +312,7 @@ impl Factors {
     fn depends_on_time(&self) -> bool {
         match self {
             Self::Isotropic(factor) => factor.depends_on_time(),
-            Self::Directed(of) => [&of.along, &of.across, &of.shear]
+            Self::Anisotropic(of) => [&of.along, &of.across, &of.shear]
                 .into_iter()
                 .flatten()
                 .any(TimedField::depends_on_time),
@@ -322,13 +322,13 @@ impl Factors {
     fn at(&self, sheet: &Sheet, inside: &[bool], time: f64) -> Vec<f64> {
         match self {
             Self::Isotropic(factor) => at_edges(factor, (inside, 1.0), sheet, time),
-            Self::Directed(directed) => {
-                let (at, angles) = (directed.at(sheet, inside, time), &directed.angles);
+            Self::Anisotropic(of) => {
+                let (at, angles) = (of.at(sheet, inside, time), &of.angles);
                 let mut factor = vec![1.0; angles.len()];
                 parallel::fill(&mut factor, |e| {
                     let ([g, h, s], [square, product]) = (at(e), angles[e]);
                     let along = g * g * square + h * h * (1.0 - square) + 2.0 * s * product;
-                    without_length([g, h, s]).unwrap_or_else(|| along.sqrt())
+                    nonpositive_length_factor([g, h, s]).unwrap_or_else(|| along.sqrt())
                 });
                 factor
             }
@@ -340,7 +340,7 @@ impl LengthFactor {
     /// Of formulas, 1 at vertices that are not `inside`.
     fn new(factors: Factors, inside: Vec<bool>, sheet: &Sheet) -> Self {
         Self(if factors.depends_on_time() {
-            Kind::Varying(Box::new(Varying { factors, inside }))
+            Kind::Timed(Box::new(TimedFactor { factors, inside }))
         } else {
             Kind::Constant(factors.at(sheet, &inside, 0.0))
         })
@@ -355,7 +355,7 @@ impl LengthFactor {
     /// `of(sheet, t)`, a positive number per edge.
     #[must_use]
     pub fn function(of: impl Fn(&Sheet, f64) -> Vec<f64> + Send + Sync + 'static) -> Self {
-        Self(Kind::Own(Function(Arc::new(of))))
+        Self(Kind::Function(Function(Arc::new(of))))
     }
 
     /// Its value at every edge.
@@ -364,8 +364,8 @@ impl LengthFactor {
         match &self.0 {
             Kind::Constant(factor) if factor.len() == sheet.edges().len() => factor.into(),
             Kind::Constant(factor) => fitted(factor.clone(), sheet).into(),
-            Kind::Varying(of) => of.factors.at(sheet, &of.inside, time).into(),
-            Kind::Own(Function(of)) => fitted(of(sheet, time), sheet).into(),
+            Kind::Timed(of) => of.factors.at(sheet, &of.inside, time).into(),
+            Kind::Function(Function(of)) => fitted(of(sheet, time), sheet).into(),
         }
     }
 }

@@ -90,7 +90,7 @@ impl EffectSpec for Hold {
             Location::Vertex => {
                 (0..value.len()).filter(|&i| chosen[i]).map(|i| (i, value[i])).collect()
             }
-            Location::Face | Location::Edge => triangles(sheet, &chosen, &value)?,
+            Location::Face | Location::Edge => held_triangles(sheet, &chosen, &value)?,
         };
         self.check_range(context, species, location, &points)?;
         Ok(Effect { held: vec![Held { species, points }], ..Effect::default() })
@@ -98,7 +98,7 @@ impl EffectSpec for Hold {
 }
 
 /// The triangles whose corners are all chosen, with the means of their values.
-fn triangles(
+fn held_triangles(
     sheet: &Sheet,
     chosen: &[bool],
     value: &[f64],

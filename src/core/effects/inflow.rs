@@ -19,7 +19,7 @@ use crate::sheet::Sheet;
 /// What a flux is counted per.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Per {
+pub enum FluxPer {
     /// Area of the triangles whose corners all lie in the region.
     Area,
     /// Length of the boundary edges whose ends both lie in the region.
@@ -86,7 +86,7 @@ struct Inlet {
 
 impl Inlet {
     /// `m` and `A` on the shape `x`.
-    fn sizes(&self, x: &[Vec3]) -> [f64; 2] {
+    fn m_and_area(&self, x: &[Vec3]) -> [f64; 2] {
         let size = self.facets.iter().map(|(facet, share)| share * facet.size(x)).sum();
         let (around, share) = &self.area;
         [size, around.iter().map(|facet| share * facet.size(x)).sum()]
@@ -106,7 +106,7 @@ pub struct Inflow {
 /// What the species flows through: values of q and k at the vertices.
 pub(super) struct FluxSource<'a> {
     pub(super) region: &'a Region,
-    pub(super) per: Option<Per>,
+    pub(super) per: Option<FluxPer>,
     pub(super) supply: Vec<f64>,
     pub(super) loss: Vec<f64>,
 }
@@ -156,14 +156,14 @@ impl Inflow {
             };
             let (supply, loss) = (mean(&through.supply), mean(&through.loss));
             let mut inlet = Inlet { point, facets, area, rest_area: 0.0, supply, loss };
-            inlet.rest_area = inlet.sizes(sheet.rest())[1];
+            inlet.rest_area = inlet.m_and_area(sheet.rest())[1];
             inlet
         });
         Ok(Self { name, key, species, measure, inlets: inlets.collect() })
     }
 
     /// `m/a` and `ρ/value`, with `a` the area that the value is counted per.
-    fn gains(&self, inlet: &Inlet, [size, area]: [f64; 2]) -> [f64; 2] {
+    fn transport_factors(&self, inlet: &Inlet, [size, area]: [f64; 2]) -> [f64; 2] {
         match self.measure {
             Measure::Concentration => [size / area, 1.0],
             Measure::Amount => [size / inlet.rest_area, inlet.rest_area / area],
@@ -180,10 +180,10 @@ fn facets(
     let chosen = through.region.choose(sheet, effect)?;
     let rim = chosen.iter().zip(sheet.boundary()).all(|(chosen, rim)| *rim || !chosen);
     let rim = sheet.reduction().all(rim);
-    let per = through.per.unwrap_or(if rim { Per::Length } else { Per::Area });
+    let per = through.per.unwrap_or(if rim { FluxPer::Length } else { FluxPer::Area });
     let inside = |v: &u32| chosen[*v as usize];
     let (facets, message, help): (Vec<_>, _, _) = match per {
-        Per::Area => {
+        FluxPer::Area => {
             let all = sheet.triangles().iter().enumerate();
             let all = all.filter(|(_, corners)| corners.iter().all(inside));
             let facet = |v: [u32; 3]| Facet::Triangle(v.map(|v| v as usize));
@@ -193,7 +193,7 @@ fn facets(
                 "a larger region, or per = \"length\" for the boundary",
             )
         }
-        Per::Length => {
+        FluxPer::Length => {
             let all = sheet.edges().iter().filter(|edge| edge.is_boundary());
             let all = all.filter(|edge| edge.vertices.iter().all(inside));
             let facet = |v: [u32; 2]| Facet::Edge(v.map(|v| v as usize));
@@ -213,8 +213,8 @@ fn facets(
 /// Inflow on one shape.
 #[derive(Debug, Default)]
 pub struct InflowOperator {
-    /// [`Inflow::gains`].
-    gain: Vec<[f64; 2]>,
+    /// [`Inflow::transport_factors`].
+    factors: Vec<[f64; 2]>,
 }
 
 impl Transport for Inflow {
@@ -232,26 +232,28 @@ impl Transport for Inflow {
         true
     }
 
-    fn key(&self) -> &'static str {
+    fn speed_key(&self) -> &'static str {
         self.key
     }
 
     fn assemble(&self, _: &Sheet, x: &[Vec3], operator: &mut InflowOperator) {
-        operator.gain.resize(self.inlets.len(), [0.0; 2]);
-        parallel::fill(&mut operator.gain, |k| {
-            self.gains(&self.inlets[k], self.inlets[k].sizes(x))
+        operator.factors.resize(self.inlets.len(), [0.0; 2]);
+        parallel::fill(&mut operator.factors, |k| {
+            self.transport_factors(&self.inlets[k], self.inlets[k].m_and_area(x))
         });
     }
 
     fn add_rate(&self, _: &Sheet, operator: &InflowOperator, c: &[f64], out: &mut [f64]) {
-        for (inlet, [gain, density]) in self.inlets.iter().zip(&operator.gain) {
-            out[inlet.point] += gain * (inlet.supply - inlet.loss * density * c[inlet.point]);
+        for (inlet, [gain, density_per_value]) in self.inlets.iter().zip(&operator.factors) {
+            out[inlet.point] +=
+                gain * (inlet.supply - inlet.loss * density_per_value * c[inlet.point]);
         }
     }
 
     fn spectral_bound(&self, operator: &InflowOperator) -> f64 {
-        let each = self.inlets.iter().zip(&operator.gain);
-        each.map(|(inlet, [gain, density])| gain * inlet.loss * density).fold(0.0, f64::max)
+        let each = self.inlets.iter().zip(&operator.factors);
+        each.map(|(inlet, [gain, density_per_value])| gain * inlet.loss * density_per_value)
+            .fold(0.0, f64::max)
     }
 
     fn entries(
@@ -260,8 +262,8 @@ impl Transport for Inflow {
         operator: &InflowOperator,
         emit: &mut dyn FnMut(usize, usize, f64),
     ) {
-        for (inlet, [gain, density]) in self.inlets.iter().zip(&operator.gain) {
-            emit(inlet.point, inlet.point, -gain * inlet.loss * density);
+        for (inlet, [gain, density_per_value]) in self.inlets.iter().zip(&operator.factors) {
+            emit(inlet.point, inlet.point, -gain * inlet.loss * density_per_value);
         }
     }
 
@@ -273,9 +275,9 @@ impl Transport for Inflow {
         c: &[f64],
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
-        for (inlet, [gain, density]) in self.inlets.iter().zip(&operator.gain) {
-            let area = inlet.sizes(x)[1];
-            let density = density * c[inlet.point];
+        for (inlet, [gain, density_per_value]) in self.inlets.iter().zip(&operator.factors) {
+            let area = inlet.m_and_area(x)[1];
+            let density = density_per_value * c[inlet.point];
             let flux = inlet.supply - inlet.loss * density;
             let (per, by_area) = match self.measure {
                 Measure::Concentration => (area, -gain * flux / area),

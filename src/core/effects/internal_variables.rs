@@ -6,7 +6,7 @@
 //!
 //! They are part of the [`State`](crate::model::State) and of checkpoints, and are integrated with the shape and the
 //! species under one error control. What they do is up to the effect: they multiply optimal lengths
-//! ([`Internal::multiplies_lengths`]), or an energy reads them by name
+//! ([`InternalVariables::multiplies_lengths`]), or an energy reads them by name
 //! ([`Conditions::internal`](crate::geometry::Conditions::internal)) when it is prepared: rest angles, a damage that
 //! takes away stiffness. Without an effect that brings some, none are stored and nothing is computed.
 //!
@@ -18,12 +18,12 @@ use crate::kinetics::Location;
 use crate::sheet::Sheet;
 
 /// Internal variables that an effect owns: one number at every place.
-pub trait Internal: std::fmt::Debug + Send + Sync + 'static {
+pub trait InternalVariables: std::fmt::Debug + Send + Sync + 'static {
     /// What they are called in results and by energies that read them; no two of a scene are called the same.
     fn name(&self) -> &'static str;
 
     /// Where they are.
-    fn place(&self) -> Location;
+    fn location(&self) -> Location;
 
     /// The value at place number `i` of a sheet that nothing has happened to.
     fn initial(&self, i: usize) -> f64;
@@ -47,7 +47,7 @@ pub trait Internal: std::fmt::Debug + Send + Sync + 'static {
 
     /// How many places there are on a sheet.
     fn count(&self, sheet: &Sheet) -> usize {
-        match self.place() {
+        match self.location() {
             Location::Vertex => sheet.vertex_count(),
             Location::Edge => sheet.edges().len(),
             Location::Face => sheet.triangle_count(),

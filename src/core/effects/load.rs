@@ -26,7 +26,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::ramp::Factor;
+use super::ramp::RampFactor;
 use super::timed_field::{self, TimedField};
 use super::{
     Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, Field, HessianPart, Measure,
@@ -54,7 +54,7 @@ pub struct Load {
     pub ramp: Option<Ramp>,
 }
 
-/// The measure of the force of a load: total, per vertex, length or area.
+/// The force of a load: total, per vertex, per length or per area.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LoadForce {
@@ -86,7 +86,7 @@ impl EffectSpec for Load {
     fn breakpoints(&self, sheet: &Sheet, until: f64) -> Vec<f64> {
         let mut times = timed_field::breakpoints(self.force.fields(), sheet, until);
         times.extend(
-            Factor::new(self.ramp.as_ref()).iter().flat_map(|ramp| ramp.breakpoints(until)),
+            RampFactor::new(self.ramp.as_ref()).iter().flat_map(|ramp| ramp.breakpoints(until)),
         );
         times
     }
@@ -104,7 +104,7 @@ impl EffectSpec for Load {
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let chosen = self.region.choose(context.sheet, "load")?;
-        let factor = Factor::new(self.ramp.as_ref())?;
+        let factor = RampFactor::new(self.ramp.as_ref())?;
         let load = DeadLoad::read(context, &chosen, &self.force)?;
         Ok(Effect::energy(DeadLoad { factor, ..load }))
     }
@@ -131,7 +131,7 @@ impl LoadForce {
     }
 
     /// Where its fields are read.
-    fn place(&self) -> Location {
+    fn location(&self) -> Location {
         match self {
             Self::PerArea(_) | Self::AlongNormal(_) => Location::Face,
             _ => Location::Vertex,
@@ -199,19 +199,19 @@ fn spread(
 pub struct DeadLoad {
     /// At time 0.
     force: Vec<Vec3>,
-    factor: Factor,
-    varying: Option<Box<Varying>>,
+    factor: RampFactor,
+    timed: Option<Box<TimedForce>>,
 }
 
 /// Forces by formulas of the time.
 #[derive(Debug)]
-struct Varying {
+struct TimedForce {
     chosen: Vec<bool>,
     force: LoadForce,
     fields: Vec<TimedField>,
 }
 
-impl Varying {
+impl TimedForce {
     fn at(&self, sheet: &Sheet, time: f64) -> Vec<Vec3> {
         let fields: Vec<_> = self.fields.iter().map(|field| field.at(sheet, time)).collect();
         spread(sheet, &self.chosen, &self.force, &fields).0
@@ -236,16 +236,16 @@ impl DeadLoad {
         chosen: &[bool],
         force: &LoadForce,
     ) -> Result<Self, EffectError> {
-        let of = |field| context.timed_field(field, force.place(), "force");
+        let of = |field| context.timed_field(field, force.location(), "force");
         let fields: Vec<TimedField> = force.fields().iter().map(of).collect::<Result<_, _>>()?;
         let start: Vec<_> = fields.iter().map(|field| field.at(context.sheet, 0.0)).collect();
         let (on, carriers) = spread(context.sheet, chosen, force, &start);
         drop(start);
         if context.sheet.reduction().any(carriers > 0) {
-            let timed = fields.iter().any(TimedField::depends_on_time);
-            let varying = || Varying { chosen: chosen.to_vec(), force: force.clone(), fields };
-            let varying = timed.then(varying).map(Box::new);
-            return Ok(Self { force: on, factor: Factor::default(), varying });
+            let depends_on_time = fields.iter().any(TimedField::depends_on_time);
+            let timed = || TimedForce { chosen: chosen.to_vec(), force: force.clone(), fields };
+            let timed = depends_on_time.then(timed).map(Box::new);
+            return Ok(Self { force: on, factor: RampFactor::default(), timed });
         }
         let (part, help) = match force {
             LoadForce::PerLength(_) => (
@@ -283,12 +283,12 @@ impl Energy for DeadLoad {
     }
 
     fn depends_on_time(&self) -> bool {
-        self.factor.changes() || self.varying.is_some()
+        self.factor.changes() || self.timed.is_some()
     }
 
     fn prepare(&self, conditions: &Conditions<'_>, work: &mut Vec<Vec3>) {
-        if let Some(varying) = &self.varying {
-            *work = varying.at(conditions.sheet, conditions.time);
+        if let Some(timed) = &self.timed {
+            *work = timed.at(conditions.sheet, conditions.time);
         }
     }
 
@@ -298,7 +298,7 @@ impl Energy for DeadLoad {
         work: &mut Vec<Vec3>,
         gradient: Option<&mut [Vec3]>,
     ) -> f64 {
-        let force: &[Vec3] = if self.varying.is_some() { work } else { &self.force };
+        let force: &[Vec3] = if self.timed.is_some() { work } else { &self.force };
         let (x, rest) = (shape.x, shape.sheet.rest());
         let factor = self.factor.at(shape.time);
         if let Some(gradient) = gradient {

@@ -40,7 +40,7 @@ impl Material {
 
 /// Material of the sheet whose constants may differ from triangle to triangle.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Elasticity {
+pub struct MaterialField {
     /// Young's modulus E, stress.
     pub young: Values,
     /// Poisson's ratio ν.
@@ -49,14 +49,14 @@ pub struct Elasticity {
     pub thickness: Values,
 }
 
-impl From<&Material> for Elasticity {
+impl From<&Material> for MaterialField {
     fn from(Material { young, poisson, thickness }: &Material) -> Self {
         let [young, poisson, thickness] = [young, poisson, thickness].map(|c| Values::Same(*c));
         Self { young, poisson, thickness }
     }
 }
 
-impl Elasticity {
+impl MaterialField {
     fn constants(&self) -> [&Values; 3] {
         [&self.young, &self.poisson, &self.thickness]
     }

@@ -7,20 +7,20 @@
 
 mod active;
 mod advection;
-mod along_fibres;
 mod bending;
 mod cone;
 mod contact;
 mod cotan;
 mod cross_diffusion;
 mod diffusion;
-mod directed;
+mod directed_growth;
 mod element;
 mod energy;
 mod exchange;
 mod fibre;
+mod fibre_diffusion;
 mod field;
-mod flow;
+mod flow_rule;
 mod flux;
 mod foundation;
 mod green_gauss;
@@ -47,14 +47,14 @@ mod volume;
 pub use active::ActiveTension;
 pub use advection::{Advection, AdvectionScheme};
 pub use bending::{
-    Bending, BendingModel, BendingWeight, HingeBending, MeyerBending, Rest, RestShape,
+    Bending, BendingModel, BendingRest, BendingWeight, HingeBending, MeyerBending, RestShape,
     SPONTANEOUS_CURVATURE,
 };
 pub use contact::{Adhesion, Contacts, Obstacle, ObstacleShape, SelfContact, Side};
 pub use cotan::{Cotan, CotanOperator};
 pub use cross_diffusion::CrossDiffusion;
 pub use diffusion::{Diffusion, DiffusionMetric, DiffusionScheme};
-pub use directed::{DirectedGrowth, DirectedLengthFactor};
+pub use directed_growth::{DirectedGrowth, DirectedLengthFactor};
 pub use element::{Element, Elements};
 pub(crate) use energy::{AnyEnergy, Work};
 pub use energy::{
@@ -63,19 +63,19 @@ pub use energy::{
 pub use exchange::Exchange;
 pub use fibre::Fibre;
 pub use field::{Field, Part, Values};
-pub use flow::FlowSpec;
+pub use flow_rule::FlowRule;
 pub use flux::Flux;
-pub use foundation::{Foundation, FoundationShape};
+pub use foundation::{Foundation, FoundationTarget};
 pub use green_gauss::GreenGauss;
 pub use growth::{Growth, LengthFactor};
 pub use hold::{Held, Hold};
-pub use inflow::Per;
-pub use internal_variables::Internal;
+pub use inflow::FluxPer;
+pub use internal_variables::InternalVariables;
 pub use load::{DeadLoad, Load, LoadForce};
-pub use material::{Elasticity, Material};
-pub use pin::{Axes, Pin, Prescribed};
+pub use material::{Material, MaterialField};
+pub use pin::{Axes, Pin, PrescribedDisplacement};
 pub use pressure::{FollowerPressure, Pressure};
-pub use ramp::{Factor, Ramp};
+pub use ramp::{Ramp, RampFactor};
 pub use region::Region;
 pub use remodelling::{LengthRemodelling, Remodelling};
 pub use spec::{

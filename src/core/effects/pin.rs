@@ -9,7 +9,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::ramp::Factor;
+use super::ramp::RampFactor;
 use super::{Effect, EffectContext, EffectError, EffectSpec, Needs, Ramp, Region};
 use crate::Vec3;
 use crate::num::checked::Finite;
@@ -34,14 +34,14 @@ pub struct Pin {
 
 /// Fixed directions of vertices whose positions are prescribed.
 #[derive(Debug, Clone)]
-pub struct Prescribed {
+pub struct PrescribedDisplacement {
     vertices: Vec<usize>,
     axes: [bool; 3],
     displacement: Vec3,
-    factor: Factor,
+    factor: RampFactor,
 }
 
-impl Prescribed {
+impl PrescribedDisplacement {
     /// A vertex and an axis that both prescribe, with different positions at one of these times.
     #[must_use]
     pub(crate) fn conflict(&self, other: &Self, times: &[f64]) -> Option<(usize, usize)> {
@@ -109,7 +109,8 @@ impl EffectSpec for Pin {
     }
 
     fn breakpoints(&self, _: &Sheet, until: f64) -> Vec<f64> {
-        Factor::new(self.ramp.as_ref()).map_or_else(|_| Vec::new(), |ramp| ramp.breakpoints(until))
+        RampFactor::new(self.ramp.as_ref())
+            .map_or_else(|_| Vec::new(), |ramp| ramp.breakpoints(until))
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
@@ -127,11 +128,11 @@ impl EffectSpec for Pin {
             });
         }
         match self.displacement {
-            Some(by) => effect.prescribed.push(Prescribed {
+            Some(by) => effect.prescribed.push(PrescribedDisplacement {
                 vertices: (0..chosen.len()).filter(|&i| chosen[i]).collect(),
                 axes: self.axes.0,
                 displacement: Vec3::from(by.map(Finite::get)),
-                factor: Factor::new(self.ramp.as_ref())?,
+                factor: RampFactor::new(self.ramp.as_ref())?,
             }),
             None if self.ramp.is_some() => {
                 return Err(EffectError {

@@ -9,9 +9,9 @@ pub use nalgebra;
 pub use typetag;
 
 pub use super::{
-    Block, BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Elasticity,
-    Element, Elements, Energy, Factor, Field, HessianPart, Internal, Material, Measure, Needs,
-    Ramp, RankOneTerm, Region, Transport, Values, VertexField,
+    Block, BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Element,
+    Elements, Energy, Field, HessianPart, InternalVariables, Material, MaterialField, Measure,
+    Needs, Ramp, RampFactor, RankOneTerm, Region, Transport, Values, VertexField,
 };
 pub use crate::Vec3;
 pub use crate::geometry::{Conditions, Shape, lumped_areas};

@@ -29,7 +29,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::cone::{Cone, ConeWork};
-use super::ramp::Factor;
+use super::ramp::RampFactor;
 use super::{
     Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart, Needs, Ramp,
 };
@@ -57,11 +57,12 @@ impl EffectSpec for Pressure {
     }
 
     fn breakpoints(&self, _: &Sheet, until: f64) -> Vec<f64> {
-        Factor::new(self.ramp.as_ref()).map_or_else(|_| Vec::new(), |ramp| ramp.breakpoints(until))
+        RampFactor::new(self.ramp.as_ref())
+            .map_or_else(|_| Vec::new(), |ramp| ramp.breakpoints(until))
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
-        let factor = Factor::new(self.ramp.as_ref())?;
+        let factor = RampFactor::new(self.ramp.as_ref())?;
         let pressure = FollowerPressure::new(context.sheet, self.value.get());
         Ok(Effect::energy(FollowerPressure { factor, ..pressure }))
     }
@@ -73,7 +74,7 @@ crate::register_kind!(dyn EffectSpec, "pressure", Pressure);
 #[derive(Debug)]
 pub struct FollowerPressure {
     cone: Cone,
-    factor: Factor,
+    factor: RampFactor,
     /// Largest force on a vertex at rest.
     at_rest: f64,
 }
@@ -103,7 +104,7 @@ impl FollowerPressure {
         }
         Self {
             cone: Cone { weight: -pressure, apex },
-            factor: Factor::default(),
+            factor: RampFactor::default(),
             at_rest: force.iter().map(nalgebra::Vector3::norm).fold(0.0, f64::max),
         }
     }

@@ -27,14 +27,14 @@ pub enum Ramp {
 ///
 /// ```
 /// # use rumple_core as rumple;
-/// use rumple::effects::{Factor, Ramp};
+/// use rumple::effects::{RampFactor, Ramp};
 ///
 /// let ramp = Ramp::Formula("min(t/2, 1)".into());
-/// assert_eq!(Factor::new(Some(&ramp))?.at(1.0), 0.5);
+/// assert_eq!(RampFactor::new(Some(&ramp))?.at(1.0), 0.5);
 /// # Ok::<(), rumple::effects::EffectError>(())
 /// ```
 #[derive(Debug, Clone, Default)]
-pub struct Factor(Option<Profile>);
+pub struct RampFactor(Option<Profile>);
 
 #[derive(Debug, Clone)]
 enum Profile {
@@ -42,7 +42,7 @@ enum Profile {
     Points(Vec<[f64; 2]>),
 }
 
-impl Factor {
+impl RampFactor {
     /// The factor that a scene's ramp gives.
     ///
     /// # Errors

@@ -24,8 +24,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::flow::{Flow, FlowSpec, Keys};
-use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Internal, Region};
+use super::flow_rule::{Flow, FlowRule, Keys};
+use super::{Effect, EffectContext, EffectError, EffectSpec, Field, InternalVariables, Region};
 use crate::geometry::Shape;
 use crate::kinetics::Location;
 use crate::num::checked::{NonNegative, Positive};
@@ -39,7 +39,7 @@ const TYPICAL_STRAIN: f64 = 1e-3;
 #[serde(from = "Given", into = "Given")]
 pub struct Remodelling {
     /// The relaxation time and the yield strain.
-    pub flow: FlowSpec,
+    pub flow: FlowRule,
     /// Where it flows.
     pub region: Region,
 }
@@ -61,13 +61,13 @@ fn everywhere() -> Region {
 
 impl From<Given> for Remodelling {
     fn from(Given { time, threshold, region }: Given) -> Self {
-        Self { flow: FlowSpec { time, threshold }, region }
+        Self { flow: FlowRule { time, threshold }, region }
     }
 }
 
 impl From<Remodelling> for Given {
     fn from(it: Remodelling) -> Self {
-        let FlowSpec { time, threshold } = it.flow;
+        let FlowRule { time, threshold } = it.flow;
         Self { time, threshold, region: it.region }
     }
 }
@@ -107,12 +107,12 @@ pub struct LengthRemodelling {
     inside: Option<Vec<bool>>,
 }
 
-impl Internal for LengthRemodelling {
+impl InternalVariables for LengthRemodelling {
     fn name(&self) -> &'static str {
         "length_remodelling"
     }
 
-    fn place(&self) -> Location {
+    fn location(&self) -> Location {
         Location::Edge
     }
 

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use super::directed::DirectedLengthFactor;
+use super::directed_growth::DirectedLengthFactor;
 use super::energy::{Energy, EnergyTerm};
 use super::field::{Field, Values};
 use super::growth::LengthFactor;
 use super::hold::Held;
-use super::internal_variables::Internal;
-use super::material::{Elasticity, Material};
-use super::pin::Prescribed;
+use super::internal_variables::InternalVariables;
+use super::material::{Material, MaterialField};
+use super::pin::PrescribedDisplacement;
 use super::transport::{Transport, TransportTerm};
 use crate::geometry::AreaRule;
 use crate::kinetics::{Descriptor, Location};
@@ -89,7 +89,7 @@ pub struct EffectContext<'a> {
     /// Its material, if the scene has one; with the largest values where it differs from place to place.
     pub material: Option<&'a Material>,
     /// Its material where that differs from place to place.
-    pub varying: Option<&'a Elasticity>,
+    pub varying: Option<&'a MaterialField>,
     /// Species, if the scene has kinetics.
     pub kinetics: Option<(&'a Descriptor, Location)>,
     /// Whether species are amounts per current or per rest area.
@@ -124,10 +124,10 @@ impl<'a> EffectContext<'a> {
     ///
     /// # Errors
     /// If there is none, as for [`EffectContext::material`].
-    pub fn elasticity(&self) -> Result<Elasticity, EffectError> {
+    pub fn elasticity(&self) -> Result<MaterialField, EffectError> {
         match self.varying {
             Some(varying) => Ok(varying.clone()),
-            None => self.any_material().map(Elasticity::from),
+            None => self.any_material().map(MaterialField::from),
         }
     }
 
@@ -233,7 +233,7 @@ pub struct Effect {
     /// Directions that are fixed.
     pub pins: Option<Pins>,
     /// Fixed directions whose positions are prescribed in time.
-    pub prescribed: Vec<Prescribed>,
+    pub prescribed: Vec<PrescribedDisplacement>,
     /// What must be zero at every shape: the value of each, which has no unit (a strain, a share), is
     /// kept below 1e-9 by a force along its gradient.
     pub constraints: Vec<EnergyTerm>,
@@ -246,7 +246,7 @@ pub struct Effect {
     /// Values of species that are held.
     pub held: Vec<Held>,
     /// Variables of its own with rates.
-    pub internal: Vec<Box<dyn Internal>>,
+    pub internal: Vec<Box<dyn InternalVariables>>,
 }
 
 impl Effect {
@@ -270,7 +270,7 @@ impl Effect {
 
     /// With internal variables.
     #[must_use]
-    pub fn internal(internal: impl Internal) -> Self {
+    pub fn internal(internal: impl InternalVariables) -> Self {
         Self { internal: vec![Box::new(internal)], ..Self::default() }
     }
 

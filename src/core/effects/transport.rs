@@ -40,7 +40,7 @@ pub trait Transport: Send + Sync + 'static {
     }
 
     /// The key of its table in a scene that says how fast it is.
-    fn key(&self) -> &'static str {
+    fn speed_key(&self) -> &'static str {
         "coefficient"
     }
 
@@ -107,7 +107,7 @@ impl TransportTerm {
     #[must_use]
     pub fn coefficient_key(&self) -> String {
         let table = self.effect.map_or(String::new(), |number| format!("effect[{number}]."));
-        table + self.key()
+        table + self.speed_key()
     }
 
     /// On the shape `x`.
@@ -195,7 +195,7 @@ any_transport! {
     read_species() -> usize;
     has_sources() -> bool;
     diffusivity() -> Option<Values>;
-    key() -> &'static str;
+    speed_key() -> &'static str;
     add_rate(sheet: &Sheet, operator: &Operator, c: &[f64], out: &mut [f64]);
     spectral_bound(operator: &Operator) -> f64;
     entries(sheet: &Sheet, operator: &Operator, emit: &mut dyn FnMut(usize, usize, f64));

@@ -27,7 +27,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::cone::{Cone, ConeWork};
-use super::ramp::Factor;
+use super::ramp::RampFactor;
 use super::{
     BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart,
     Needs, Ramp, RankOneTerm,
@@ -78,7 +78,8 @@ impl EffectSpec for Volume {
     }
 
     fn breakpoints(&self, _: &Sheet, until: f64) -> Vec<f64> {
-        Factor::new(self.ramp.as_ref()).map_or_else(|_| Vec::new(), |ramp| ramp.breakpoints(until))
+        RampFactor::new(self.ramp.as_ref())
+            .map_or_else(|_| Vec::new(), |ramp| ramp.breakpoints(until))
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
@@ -109,7 +110,7 @@ impl EffectSpec for Volume {
             VolumeTarget::Share(share) => share.get() * at_rest,
             VolumeTarget::Value(value) => value.get(),
         };
-        let factor = Factor::new(self.ramp.as_ref())?;
+        let factor = RampFactor::new(self.ramp.as_ref())?;
         if !(factor.at(0.0) > 0.0) {
             return refuse(
                 "ramp",
@@ -144,7 +145,7 @@ crate::register_kind!(dyn EffectSpec, "volume", Volume);
 pub struct EnclosedVolume {
     stiffness: Option<f64>,
     target: f64,
-    factor: Factor,
+    factor: RampFactor,
     origin: Vec3,
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rand::RngExt;
 
 use super::{DIFFERENCE_STEP, Report, crumpled, exceeds, on_threads};
-use crate::effects::Internal;
+use crate::effects::InternalVariables;
 use crate::kinetics::Location;
 use crate::model::{Mechanics, ModelError, Potential};
 use crate::num::real;
@@ -19,7 +19,7 @@ const RATE_BOUND_SLACK: f64 = 1e-3;
 /// Everything about the internal variables of one kind.
 pub(super) fn of_internal(
     report: &mut Report,
-    term: &dyn Internal,
+    term: &dyn InternalVariables,
     sheet: &Arc<Sheet>,
 ) -> Result<(), ModelError> {
     let mut fault = |what: &str| report.faults.push(format!("{}: {what}", term.name()));
@@ -32,11 +32,11 @@ pub(super) fn of_internal(
 }
 
 /// What is wrong with what the variables say of themselves.
-fn declared(term: &dyn Internal, initial: &[f64]) -> Option<&'static str> {
+fn declared(term: &dyn InternalVariables, initial: &[f64]) -> Option<&'static str> {
     let positive = |value: f64| value > 0.0 && value.is_finite();
     let usable = |q: &f64| q.is_finite() && (*q > 0.0 || !term.multiplies_lengths());
     let bound = term.spectral_bound();
-    if term.multiplies_lengths() && term.place() != Location::Edge {
+    if term.multiplies_lengths() && term.location() != Location::Edge {
         Some("they multiply lengths, and are not on edges")
     } else if !positive(term.typical()) {
         Some("the change that matters is not a number > 0")
@@ -51,7 +51,7 @@ fn declared(term: &dyn Internal, initial: &[f64]) -> Option<&'static str> {
 
 /// Rates on a crumpled shape, near the initial values.
 fn of_rates(
-    term: &dyn Internal,
+    term: &dyn InternalVariables,
     initial: &[f64],
     sheet: &Arc<Sheet>,
     fault: &mut impl FnMut(&str),

@@ -53,7 +53,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::Vec3;
 use crate::effects::{
-    EffectContext, EffectError, EffectParts, EffectSpec, Elasticity, Material, Measure,
+    EffectContext, EffectError, EffectParts, EffectSpec, Material, MaterialField, Measure,
 };
 use crate::kinetics::{Descriptor, Location, Species};
 use crate::model::ModelError;
@@ -128,7 +128,7 @@ pub fn examine_with(
     material: Option<&Material>,
     kinetics: Option<(&Descriptor, Location)>,
 ) -> Result<Report, KitError> {
-    examine_on(effect, sheet, material.map(Elasticity::from).as_ref(), kinetics)
+    examine_on(effect, sheet, material.map(MaterialField::from).as_ref(), kinetics)
 }
 
 /// As [`examine_with`], with a material that may differ from triangle to triangle.
@@ -138,12 +138,12 @@ pub fn examine_with(
 pub fn examine_on(
     effect: &dyn EffectSpec,
     sheet: &Arc<Sheet>,
-    material: Option<&Elasticity>,
+    material: Option<&MaterialField>,
     kinetics: Option<(&Descriptor, Location)>,
 ) -> Result<Report, KitError> {
     let measure = Measure::Concentration;
     let varying = material.filter(|material| !material.is_uniform());
-    let largest = material.map(Elasticity::largest);
+    let largest = material.map(MaterialField::largest);
     let material = largest.as_ref();
     let context = EffectContext { sheet, material, varying, kinetics, measure, read: None };
     let built = effect.build(&context)?;

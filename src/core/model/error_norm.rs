@@ -12,7 +12,7 @@
 //! sheet is not averaged away.
 
 use super::{Model, State};
-use crate::effects::Internal;
+use crate::effects::InternalVariables;
 use crate::reduction::Reduction;
 
 /// Points that change by less than this share of the unit do not count as changed.
@@ -50,7 +50,7 @@ impl Model {
         (rtol, atol): (f64, f64),
     ) -> f64 {
         let reduction = self.sheet().reduction();
-        let of = |(k, term): (usize, &dyn Internal)| {
+        let of = |(k, term): (usize, &dyn InternalVariables)| {
             let (start, a, b) = (&start.internal[k], &a.internal[k], &b.internal[k]);
             let changed = |i: usize| b[i] - term.initial(i);
             let largest = reduction.max(b.len(), |i| changed(i).abs());

@@ -14,7 +14,7 @@ use super::potential::Potential;
 use super::signals::Signals;
 use super::state::State;
 use crate::Vec3;
-use crate::effects::{Internal, SPONTANEOUS_CURVATURE};
+use crate::effects::{InternalVariables, SPONTANEOUS_CURVATURE};
 use crate::num::{real, whole};
 use crate::sheet::SheetError;
 
@@ -268,7 +268,7 @@ impl<'a> Evaluation<'a> {
             return Ok(Vec::new());
         }
         let shape = self.potential()?.shape(&state.x);
-        let of = |term: &dyn Internal, values: &Vec<f64>| {
+        let of = |term: &dyn InternalVariables, values: &Vec<f64>| {
             let _scope = counters::of_internal(model.tally(), term.name()).transferring_scope(0);
             let mut rates = vec![0.0; values.len()];
             term.rates(&shape, values, &mut rates);

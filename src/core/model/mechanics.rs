@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock};
 use super::counters;
 use super::rigid::free_motions;
 use crate::Vec3;
-use crate::effects::{EnergyTerm, Pins, Prescribed};
+use crate::effects::{EnergyTerm, Pins, PrescribedDisplacement};
 use crate::geometry::RestMetric;
 use crate::linear::BlockPattern;
 use crate::sheet::quality::triangle_quality;
@@ -23,7 +23,7 @@ pub struct Mechanics {
     terms: Vec<EnergyTerm>,
     names: Vec<String>,
     pins: Pins,
-    prescribed: Vec<Prescribed>,
+    prescribed: Vec<PrescribedDisplacement>,
     constraints: Vec<EnergyTerm>,
     constraint_names: Vec<String>,
     species: Vec<usize>,
@@ -55,7 +55,7 @@ pub struct MechanicsParts {
     /// Fixed directions; a vertex without an entry is free.
     pub pins: Pins,
     /// Fixed directions that move.
-    pub prescribed: Vec<Prescribed>,
+    pub prescribed: Vec<PrescribedDisplacement>,
     /// What must be zero at every shape: the value of each, which has no unit.
     pub constraints: Vec<EnergyTerm>,
     /// Whether the sheet moves in its plane z = const: z is fixed at every vertex, and matrices have two

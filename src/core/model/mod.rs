@@ -55,7 +55,7 @@ pub(crate) use signals::Derivatives;
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use crate::effects::{Internal, LengthFactor};
+use crate::effects::{InternalVariables, LengthFactor};
 use crate::kinetics::Location;
 use crate::sheet::Sheet;
 use crate::tally::Tally;
@@ -65,7 +65,7 @@ pub struct Model {
     mechanics: Arc<Mechanics>,
     chemistry: Option<Chemistry>,
     growth: Vec<LengthFactor>,
-    internal: Vec<Box<dyn Internal>>,
+    internal: Vec<Box<dyn InternalVariables>>,
     storage: Storage,
     drag: Drag,
 }
@@ -97,22 +97,26 @@ impl Model {
 
     /// The same with internal variables of effects.
     #[must_use]
-    pub(crate) fn with_internal_variables(mut self, internal: Vec<Box<dyn Internal>>) -> Self {
+    pub(crate) fn with_internal_variables(
+        mut self,
+        internal: Vec<Box<dyn InternalVariables>>,
+    ) -> Self {
         self.internal = internal;
         self
     }
 
     /// The internal variables of effects, in the order of [`State::internal`].
     #[must_use]
-    pub fn internal(&self) -> &[Box<dyn Internal>] {
+    pub fn internal(&self) -> &[Box<dyn InternalVariables>] {
         &self.internal
     }
 
     /// Their values on a sheet that nothing has happened to.
     #[must_use]
     pub fn initial_internal(&self) -> Vec<Vec<f64>> {
-        let of =
-            |term: &dyn Internal| (0..term.count(self.sheet())).map(|i| term.initial(i)).collect();
+        let of = |term: &dyn InternalVariables| {
+            (0..term.count(self.sheet())).map(|i| term.initial(i)).collect()
+        };
         self.internal.iter().map(|term| of(&**term)).collect()
     }
 
@@ -131,7 +135,7 @@ impl Model {
             if let Some(place) = values.iter().position(wrong) {
                 return Err(ModelError::Internal {
                     name: term.name(),
-                    location: term.place(),
+                    location: term.location(),
                     place,
                     value: values[place],
                     range: "a number > 0",

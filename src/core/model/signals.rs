@@ -30,7 +30,7 @@ use serde::{Deserialize, Serialize};
 use super::counters;
 use super::potential::Potential;
 use crate::Vec3;
-use crate::effects::{Elasticity, Values};
+use crate::effects::{MaterialField, Values};
 use crate::geometry::{Curvature, Shape, VertexArea};
 use crate::kinetics::{Location, Signal};
 use crate::num::real;
@@ -74,7 +74,7 @@ impl Signals {
         wanted: Vec<Signal>,
         location: Location,
         area: VertexArea,
-        material: Option<&Elasticity>,
+        material: Option<&MaterialField>,
         reading: TensionReading,
         rest_area: impl Into<Arc<[f64]>>,
     ) -> Self {
@@ -83,7 +83,7 @@ impl Signals {
             location,
             area,
             // Of use to the tension alone, which is refused without a material.
-            modulus: material.map_or(Values::Same(0.0), Elasticity::stretching_modulus),
+            modulus: material.map_or(Values::Same(0.0), MaterialField::stretching_modulus),
             areal_modulus: material.map_or(Values::Same(0.0), |material| {
                 material.per_triangle(|m| m.stretching_modulus() / (1.0 - m.poisson))
             }),

@@ -103,7 +103,7 @@ pub struct State {
     pub x: Positions,
     /// For every species its value at every point (vertex or face).
     pub species: Vec<Vec<f64>>,
-    /// The values of every internal variable that an effect owns ([`Internal`](crate::effects::Internal)); empty without.
+    /// The values of every internal variable that an effect owns ([`InternalVariables`](crate::effects::InternalVariables)); empty without.
     pub internal: Vec<Vec<f64>>,
 }
 

@@ -1,7 +1,7 @@
 //! What an integrator has to support for a problem.
 
 use super::Problem;
-use crate::effects::Internal;
+use crate::effects::InternalVariables;
 use crate::kinetics::Signal;
 use crate::model::Mechanics;
 
@@ -13,7 +13,7 @@ const OR_EXPLICIT: &str = "integrator = \"staggered\" does under every policy, a
 pub(super) fn unsupported(
     problem: &Problem<'_>,
     mechanics: &Mechanics,
-    internal: &[Box<dyn Internal>],
+    internal: &[Box<dyn InternalVariables>],
 ) -> Option<(String, &'static str)> {
     let (integrator, storage) = (&problem.integrator, problem.policy.storage());
     let mut read = problem.law.iter().flat_map(|law| &law.kinetics.descriptor().signals);

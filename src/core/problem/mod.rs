@@ -32,7 +32,7 @@ use std::ops::Deref;
 use std::sync::Arc;
 
 use crate::effects::{
-    Effect, EffectContext, EffectSpec, Elasticity, Material, Measure, ReadSurface,
+    Effect, EffectContext, EffectSpec, Material, MaterialField, Measure, ReadSurface,
 };
 use crate::geometry::VertexArea;
 use crate::kinetics::{Kinetics, Location};
@@ -110,7 +110,7 @@ pub type OnEffect<'a> =
 pub struct Problem<'a> {
     sheet: Arc<Sheet>,
     planar: bool,
-    material: Option<Elasticity>,
+    material: Option<MaterialField>,
     effects: Vec<Given<'a, dyn EffectSpec>>,
     law: Option<Law>,
     policy: Policy,
@@ -150,12 +150,12 @@ impl<'a> Problem<'a> {
     /// The material.
     #[must_use]
     pub fn material(self, material: impl Into<Option<Material>>) -> Self {
-        self.elasticity(material.into().as_ref().map(Elasticity::from))
+        self.elasticity(material.into().as_ref().map(MaterialField::from))
     }
 
     /// The material, which may differ from triangle to triangle.
     #[must_use]
-    pub fn elasticity(self, material: impl Into<Option<Elasticity>>) -> Self {
+    pub fn elasticity(self, material: impl Into<Option<MaterialField>>) -> Self {
         Self { material: material.into(), ..self }
     }
 

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::integrator::unsupported;
 use super::{Law, OnEffect, Part, Problem, ProblemError};
 use crate::effects::{
-    DirectedLengthFactor, Effect, EffectContext, EffectError, Elasticity, Held, Internal,
-    LengthFactor, Prescribed, TransportTerm, Values,
+    DirectedLengthFactor, Effect, EffectContext, EffectError, Held, InternalVariables,
+    LengthFactor, MaterialField, PrescribedDisplacement, TransportTerm, Values,
 };
 use crate::geometry::{VertexArea, face_areas};
 use crate::kinetics::{Location, Signal, SignalRead};
@@ -23,7 +23,7 @@ pub(super) struct BoundEffects {
     pub(super) held: Vec<Held>,
     pub(super) growth: Vec<LengthFactor>,
     pub(super) direction: Option<DirectedLengthFactor>,
-    pub(super) internal: Vec<Box<dyn Internal>>,
+    pub(super) internal: Vec<Box<dyn InternalVariables>>,
 }
 
 impl Problem<'_> {
@@ -40,7 +40,9 @@ impl Problem<'_> {
 
     /// Refuses a material that no sheet has.
     fn check_material(&self) -> Result<(), ProblemError> {
-        let Some(Elasticity { young, poisson, thickness }) = &self.material else { return Ok(()) };
+        let Some(MaterialField { young, poisson, thickness }) = &self.material else {
+            return Ok(());
+        };
         let refuse = |message| Err(ProblemError::new(Part::Material, message, None));
         let positive = ((0.0, f64::MAX), "positive and finite");
         let constants = [
@@ -187,7 +189,7 @@ impl Problem<'_> {
     /// Binds the effects to the sheet.
     pub(super) fn bind(&self, on_effect: &mut OnEffect<'_>) -> Result<BoundEffects, ProblemError> {
         let law = self.law.as_ref();
-        let material = self.material.as_ref().map(Elasticity::largest);
+        let material = self.material.as_ref().map(MaterialField::largest);
         let context = EffectContext {
             sheet: &self.sheet,
             material: material.as_ref(),
@@ -239,8 +241,8 @@ impl Problem<'_> {
     fn check_prescribed(
         &self,
         number: usize,
-        earlier: &[Prescribed],
-        new: &[Prescribed],
+        earlier: &[PrescribedDisplacement],
+        new: &[PrescribedDisplacement],
     ) -> Result<(), ProblemError> {
         let times = [0.0, 0.31, 0.62, 1.0].map(|share| share * self.until);
         for new in new {
@@ -315,7 +317,7 @@ impl Problem<'_> {
     pub(super) fn built_integrator(
         &self,
         mechanics: &Mechanics,
-        internal: &[Box<dyn Internal>],
+        internal: &[Box<dyn InternalVariables>],
     ) -> Result<Box<dyn Integrator>, ProblemError> {
         let refused = |message: String, help| ProblemError::new(Part::Integrator, message, help);
         let integrator = self.integrator.build(self.policy.storage());
@@ -363,8 +365,8 @@ fn check_held(number: usize, earlier: &[Held], new: &[Held]) -> Result<(), Probl
 /// lengths without being on edges.
 fn check_internal(
     number: usize,
-    earlier: &[Box<dyn Internal>],
-    new: &[Box<dyn Internal>],
+    earlier: &[Box<dyn InternalVariables>],
+    new: &[Box<dyn InternalVariables>],
 ) -> Result<(), ProblemError> {
     let refused = |message: String, help| {
         Err(ProblemError::new(Part::Effect(number, "kind".into()), message, Some(help)))
@@ -375,10 +377,10 @@ fn check_internal(
             let message = format!("an earlier effect owns internal variables {name} already");
             return refused(message, "leave out one of the two; fields differ by region");
         }
-        if term.multiplies_lengths() && term.place() != Location::Edge {
+        if term.multiplies_lengths() && term.location() != Location::Edge {
             let message =
                 format!("the internal variables {name} multiply lengths, but are not on edges");
-            return refused(message, "place() has to be Location::Edge");
+            return refused(message, "location() has to be Location::Edge");
         }
     }
     Ok(())

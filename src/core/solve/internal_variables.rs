@@ -94,7 +94,7 @@ fn named(mut error: SolveError, model: &Model, initial: &[Vec<f64>]) -> SolveErr
         let mut place = *unknown;
         for (term, all) in model.internal().iter().zip(initial) {
             if place < all.len() {
-                let noun = term.place().noun();
+                let noun = term.location().noun();
                 *what = format!("the internal variable {} at {noun} {place}", term.name());
                 break;
             }

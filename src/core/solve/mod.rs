@@ -74,7 +74,7 @@ pub trait IntegratorSpec: std::fmt::Debug + Send + Sync {
         !self.needs_sparse_motion(policy)
     }
 
-    /// Whether it integrates the internal variables of effects ([`Internal`](crate::effects::Internal)).
+    /// Whether it integrates the internal variables of effects ([`InternalVariables`](crate::effects::InternalVariables)).
     fn integrates_internal(&self, _policy: Storage) -> bool {
         false
     }

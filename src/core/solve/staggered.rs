@@ -41,7 +41,7 @@
 //! Where rates read signals, Δt_new is at most the longest sub-step that the path of a quasi-static shape allows (`path`):
 //! the species do not show how signals change in the step to come.
 //!
-//! Internal variables of effects ([`Internal`](crate::effects::Internal)) go as the species do: predicted on the shape
+//! Internal variables of effects ([`InternalVariables`](crate::effects::InternalVariables)) go as the species do: predicted on the shape
 //! x_n, corrected on the straight line from x_n to x*, by the stabilised explicit method; their correction is part of err,
 //! in units of `atol typical + rtol max|q - q_0|`.
 //!

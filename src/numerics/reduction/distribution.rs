@@ -34,9 +34,9 @@ pub trait Communicator: Send + Sync {
     fn all_gather(&self, bytes: &[u8]) -> Vec<Vec<u8>>;
 }
 
-/// Points of one kind, vertices or faces, on this rank: owned ones first.
+/// Who owns the points of one kind, vertices or faces, on this rank, and who has copies of them: owned ones first.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Points {
+pub struct HaloMap {
     /// How many are owned.
     pub owned: usize,
     /// All, with the ghosts.
@@ -79,9 +79,9 @@ pub struct Distribution {
     /// The ranks.
     pub communicator: Arc<dyn Communicator>,
     /// Its vertices.
-    pub vertices: Points,
+    pub vertices: HaloMap,
     /// Its triangles.
-    pub faces: Points,
+    pub faces: HaloMap,
     /// What was communicated by the methods of [`Reduction`](super::Reduction).
     pub traffic: CommunicationCounts,
 }
@@ -108,7 +108,7 @@ impl Distribution {
     }
 
     /// The points of which there are `count` here.
-    fn points(&self, count: usize) -> &Points {
+    fn points(&self, count: usize) -> &HaloMap {
         if count == self.vertices.count { &self.vertices } else { &self.faces }
     }
 
@@ -138,7 +138,7 @@ impl Distribution {
 
     /// Brings the ghosts of `columns` to what their owners have, one message a neighbour; `pack` gives the numbers of a
     /// point, and `unpack` makes it of them.
-    pub(super) fn update<T, const W: usize>(
+    pub(super) fn update_ghosts<T, const W: usize>(
         &self,
         columns: &mut [&mut [T]],
         pack: impl Fn(&T) -> [f64; W],

@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use crate::Vec3;
 use crate::parallel::{self, vectors};
-pub use distribution::{CommunicationCounts, Communicator, Distribution, Points};
+pub use distribution::{CommunicationCounts, Communicator, Distribution, HaloMap};
 
 /// What sums, maxima and decisions are taken over.
 #[derive(Clone, Default)]
@@ -66,7 +66,7 @@ impl Reduction {
     /// Brings the ghosts of a vector to what their owners have.
     pub fn update_ghosts(&self, vector: &mut [Vec3]) {
         if let Some(ranks) = &self.0 {
-            ranks.update(&mut [vector], |v| (*v).into(), Vec3::from);
+            ranks.update_ghosts(&mut [vector], |v| (*v).into(), Vec3::from);
         }
     }
 
@@ -81,7 +81,7 @@ impl Reduction {
     pub fn update_ghost_columns(&self, columns: &mut [Vec<f64>]) {
         if let Some(ranks) = &self.0 {
             let mut all: Vec<&mut [f64]> = columns.iter_mut().map(Vec::as_mut_slice).collect();
-            ranks.update(&mut all, |v| [*v], |[v]| v);
+            ranks.update_ghosts(&mut all, |v| [*v], |[v]| v);
         }
     }
 

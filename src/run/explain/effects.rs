@@ -1,7 +1,7 @@
 //! Unknowns, effects, laws and signals.
 
 use super::{Line, listed, place, verb};
-use crate::effects::{Coupling, EffectParts, EnergyTerm, Internal, TransportTerm};
+use crate::effects::{Coupling, EffectParts, EnergyTerm, InternalVariables, TransportTerm};
 use crate::kinetics::Descriptor;
 use crate::model::{Chemistry, Model};
 use crate::run::Simulation;
@@ -152,7 +152,7 @@ struct Remaining<'a> {
     transports: Box<dyn Iterator<Item = &'a str> + 'a>,
     /// The species that the coefficients of transports read.
     coefficients: Box<dyn Iterator<Item = &'a [usize]> + 'a>,
-    internal: std::slice::Iter<'a, Box<dyn Internal>>,
+    internal: std::slice::Iter<'a, Box<dyn InternalVariables>>,
     law: Option<&'a Descriptor>,
 }
 
@@ -230,9 +230,9 @@ impl<'a> Remaining<'a> {
 }
 
 /// Where the internal variables of an effect live, and what they do.
-fn internal(term: &dyn Internal) -> String {
+fn internal(term: &dyn InternalVariables) -> String {
     let lengths = if term.multiplies_lengths() { "; they multiply optimal lengths" } else { "" };
-    let (name, noun) = (term.name(), term.place().noun());
+    let (name, noun) = (term.name(), term.location().noun());
     format!("internal variables `{name}`: one per {noun}, integrated with the shape{lengths}")
 }
 

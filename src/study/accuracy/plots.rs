@@ -7,7 +7,7 @@ use super::policies::Policies;
 use super::{Quantity, Study};
 use crate::num::real;
 use crate::output::plot::{Curve, Figure, Panel};
-use crate::study::draw::plot::KeyPlot;
+use crate::study::draw::plot::StudyPlot;
 use crate::study::extent;
 use crate::study::gather::Distance;
 use crate::study::plan::Plan;
@@ -279,7 +279,7 @@ fn across(plan: &Plan, cases: &[Case], key: usize) -> Figure {
     if axis.numbers().is_none_or(|all| all.len() < 2) {
         return Figure::default();
     }
-    let plot = KeyPlot::new(plan, key, |k| k != 0 && k != key);
+    let plot = StudyPlot::new(plan, key, |k| k != 0 && k != key);
     let panel = |quantity: &Quantity| {
         let value = |case: &'_ Case| quantity.of(case.measures()?);
         let values = cases.iter().filter_map(|case| Some((&case.at[..], value(case)?)));

@@ -8,34 +8,35 @@ use crate::study::plan::Plan;
 /// Panels in a row.
 const PANEL_COLUMNS: usize = 3;
 
-/// Curves against key `key` of a plan: one for every combination of the keys that are kept.
-pub struct KeyPlot<F> {
-    key: usize,
-    kept: F,
+/// Curves against axis number `axis` of a plan: one for every combination of values of the axes that `curve_axes` holds of.
+pub struct StudyPlot<F> {
+    axis: usize,
+    curve_axes: F,
     curves: Vec<(Vec<usize>, String)>,
-    /// Where the values of the key are drawn: at themselves, or at 1, 2, … if they are not numbers.
+    /// Where the values of the axis are drawn: at themselves, or at 1, 2, … if they are not numbers.
     pub places: Vec<f64>,
 }
 
-impl<F: Fn(usize) -> bool + Copy> KeyPlot<F> {
-    pub fn new(plan: &Plan, key: usize, kept: F) -> Self {
-        let axis = &plan.axes[key];
-        let places = axis.numbers().unwrap_or_else(|| (1..=axis.values.len()).map(real).collect());
-        Self { key, kept, curves: combinations(plan, kept), places }
+impl<F: Fn(usize) -> bool + Copy> StudyPlot<F> {
+    pub fn new(plan: &Plan, axis: usize, curve_axes: F) -> Self {
+        let drawn = &plan.axes[axis];
+        let places =
+            drawn.numbers().unwrap_or_else(|| (1..=drawn.values.len()).map(real).collect());
+        Self { axis, curve_axes, curves: combinations(plan, curve_axes), places }
     }
 
-    /// Place and curve of a run with the values `at` of the axes.
-    pub fn place(&self, at: &[usize]) -> Option<(usize, f64)> {
-        let kept = selected(at, self.kept);
+    /// Curve and x of a run with the values `at` of the axes.
+    pub fn curve_and_x(&self, at: &[usize]) -> Option<(usize, f64)> {
+        let kept = selected(at, self.curve_axes);
         let curve = self.curves.iter().position(|(known, _)| *known == kept)?;
-        Some((curve, *self.places.get(*at.get(self.key)?)?))
+        Some((curve, *self.places.get(*at.get(self.axis)?)?))
     }
 
     /// A curve through the means of `values` for every combination; marks for all of them where a mean is of several.
     pub fn curves<'a>(&self, values: impl Iterator<Item = (&'a [usize], f64)>) -> Vec<Curve> {
         let mut points: Vec<Vec<(f64, Vec<f64>)>> = vec![Vec::new(); self.curves.len()];
         for (at, y) in values {
-            let Some((name, x)) = self.place(at) else { continue };
+            let Some((name, x)) = self.curve_and_x(at) else { continue };
             match points[name].iter_mut().find(|(at, _)| *at == x) {
                 Some((_, values)) => values.push(y),
                 None => points[name].push((x, vec![y])),
@@ -57,10 +58,10 @@ impl<F: Fn(usize) -> bool + Copy> KeyPlot<F> {
         means
     }
 
-    /// `panels` with the names of the curves; `alone` where there is one for all.
-    pub fn figure(self, alone: &str, panels: Vec<Panel>) -> Figure {
+    /// `panels` with the names of the curves; `only_name` where there is one for all.
+    pub fn figure(self, only_name: &str, panels: Vec<Panel>) -> Figure {
         let name =
-            |(_, name): (Vec<usize>, String)| if name.is_empty() { alone.into() } else { name };
+            |(_, name): (Vec<usize>, String)| if name.is_empty() { only_name.into() } else { name };
         let names = self.curves.into_iter().map(name).collect();
         Figure {
             names,

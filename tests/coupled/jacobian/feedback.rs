@@ -91,8 +91,8 @@ fn reading(sheet: &Arc<Sheet>, location: Location, energies: Vec<EnergyTerm>) ->
 #[test]
 fn the_jacobian_is_exact_for_spontaneous_curvatures_of_a_law() {
     let sheet = Arc::new(irregular(8, 7, 0.2));
-    let shapes =
-        [RestShape::default(), RestShape::at(&crumpled(&sheet, 0.1))].map(RestShape::following_law);
+    let shapes = [RestShape::default(), RestShape::at(&crumpled(&sheet, 0.1))]
+        .map(RestShape::with_law_curvature);
     for location in [Location::Vertex, Location::Face] {
         for (k, rest) in shapes.iter().enumerate() {
             let rule = AreaRule::FrozenVoronoi;

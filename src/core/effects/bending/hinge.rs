@@ -58,7 +58,7 @@ use super::rest::{Curved, Flat, RestAngle, RestShape};
 use crate::Vec3;
 use crate::effects::element::{self, Element, Mesh};
 use crate::effects::material::at_edges;
-use crate::effects::{Coupling, Elasticity, Energy, HessianPart, Values};
+use crate::effects::{Coupling, Energy, HessianPart, MaterialField, Values};
 use crate::geometry::{Conditions, Shape};
 use crate::linear::{Block, BlockMatrix, LazyStencils};
 use crate::num::index;
@@ -80,8 +80,9 @@ struct Wing {
     /// Edge vector, from start to end, over its length.
     along: Vec3,
     length: f64,
+    /// `N = e × (x₂ - x₀)`: along the normal, of twice the area of the triangle.
     normal: Vec3,
-    /// `m = N/|N|²`.
+    /// `m = N/|N|²`, of which the derivatives of θ by the corners are multiples.
     slope: Vec3,
     /// Factors of m.
     factor: [f64; 3],
@@ -164,7 +165,7 @@ impl Hinge<Flat> {
     }
 
     /// `tangent ∂θ ⊗ ∂θ`.
-    fn by_angle(wings: &[Wing; 2], tangent: f64) -> [[Block; 4]; 4] {
+    fn angle_outer_product(wings: &[Wing; 2], tangent: f64) -> [[Block; 4]; 4] {
         let gradient = Self::angle_gradient(wings);
         std::array::from_fn(|j| {
             std::array::from_fn(|k| tangent * gradient[j] * gradient[k].transpose())
@@ -174,10 +175,10 @@ impl Hinge<Flat> {
 
 /// `k ∂θ ⊗ ∂θ`, `k = rigidity l²/(A₁+A₂)` by current lengths and areas, of the hinge with the given
 /// corners: the positive part at small angles.
-pub(super) fn stiffness(x: &[Vec3; 4], rigidity: impl Fn(f64) -> f64) -> [[Block; 4]; 4] {
+pub(super) fn stiffness_blocks(x: &[Vec3; 4], rigidity: impl Fn(f64) -> f64) -> [[Block; 4]; 4] {
     let (wings, _) = Hinge::state(x);
     let area = 0.5 * (wings[0].normal.norm() + wings[1].normal.norm());
-    Hinge::by_angle(&wings, rigidity(area) * wings[0].length * wings[0].length / area)
+    Hinge::angle_outer_product(&wings, rigidity(area) * wings[0].length * wings[0].length / area)
 }
 
 /// Numbers of the interior edges of `sheet` with the corners of their hinges: the ends of the edge,
@@ -199,7 +200,7 @@ pub(super) fn hinges(sheet: &Sheet) -> impl Iterator<Item = (u32, [u32; 4])> + '
 }
 
 /// ψ of the hinge with the given corners.
-pub(super) fn angle(x: &[Vec3; 4]) -> f64 {
+pub(super) fn psi(x: &[Vec3; 4]) -> f64 {
     Hinge::state(x).1
 }
 
@@ -221,7 +222,7 @@ impl<R: RestAngle> Element<4> for Hinge<R> {
             bent = bent.max(0.0);
         }
         let tangent = self.stiffness * c * (c + bent);
-        let mut blocks = Hinge::by_angle(&wings, tangent);
+        let mut blocks = Hinge::angle_outer_product(&wings, tangent);
         if part == HessianPart::Full {
             let moment = self.stiffness * off * c;
             for (wing, places) in wings.iter().zip(Hinge::WING_CORNERS) {
@@ -246,7 +247,7 @@ pub struct HingeBending<R: RestAngle = Flat> {
     edge: Vec<u32>,
     corners: Vec<[u32; 4]>,
     incident: Incidence,
-    rest: R::Of,
+    rest: R::SheetData,
 }
 
 /// Memory of evaluations.
@@ -256,13 +257,13 @@ pub struct HingeWork<R> {
     pull: Vec<[Vec3; 4]>,
     places: LazyStencils,
     /// C₀ of every hinge that changes in a run; empty without.
-    changing: Vec<f64>,
+    variable_curvature: Vec<f64>,
 }
 
 impl HingeBending {
     /// For `sheet` of the given material, at rest where it is flat.
     #[must_use]
-    pub fn new(sheet: &Sheet, material: impl Into<Elasticity>) -> Self {
+    pub fn new(sheet: &Sheet, material: impl Into<MaterialField>) -> Self {
         Self::of(sheet, &material.into().bending_rigidity(), |_| ())
     }
 }
@@ -270,7 +271,7 @@ impl HingeBending {
 impl HingeBending<Curved> {
     /// For `sheet` of the given material, with the rest shape `rest`.
     #[must_use]
-    pub fn with_rest(sheet: &Sheet, material: impl Into<Elasticity>, rest: &RestShape) -> Self {
+    pub fn with_rest(sheet: &Sheet, material: impl Into<MaterialField>, rest: &RestShape) -> Self {
         Self::with_rigidity(sheet, &material.into().bending_rigidity(), rest)
     }
 
@@ -281,7 +282,11 @@ impl HingeBending<Curved> {
 }
 
 impl<R: RestAngle> HingeBending<R> {
-    fn of(sheet: &Sheet, rigidity: &Values, rest: impl FnOnce(&[[u32; 4]]) -> R::Of) -> Self {
+    fn of(
+        sheet: &Sheet,
+        rigidity: &Values,
+        rest: impl FnOnce(&[[u32; 4]]) -> R::SheetData,
+    ) -> Self {
         let (edge, corners): (Vec<u32>, Vec<[u32; 4]>) = hinges(sheet).unzip();
         let triples = corners
             .iter()
@@ -294,7 +299,7 @@ impl<R: RestAngle> HingeBending<R> {
     }
 
     /// `B C₀ ∂ψ` of hinge `h`.
-    fn by_spontaneous(&self, h: usize, curvature: f64, x: &[Vec3; 4]) -> [Vec3; 4] {
+    fn spontaneous_gradient(&self, h: usize, curvature: f64, x: &[Vec3; 4]) -> [Vec3; 4] {
         let (wings, psi) = Hinge::state(x);
         let moment = self.rigidity.at(h) * curvature * (1.0 + 0.25 * psi * psi);
         Hinge::angle_gradient(&wings).map(|g| moment * g)
@@ -313,33 +318,34 @@ impl<R: RestAngle> Energy for HingeBending<R> {
     }
 
     fn depends_on_time(&self) -> bool {
-        R::changing(&self.rest).is_some_and(|changing| changing.timed.is_some())
+        R::variable_curvature(&self.rest).is_some_and(|curvature| curvature.timed.is_some())
     }
 
     fn prepare(&self, conditions: &Conditions<'_>, work: &mut Self::Work) {
         let (sheet, metric) = (conditions.sheet, conditions.metric);
         let (length, area) = (metric.length(), metric.weight_area());
         let Self { edge, rigidity, rest, corners, .. } = self;
-        let flowed = conditions.internal(REMODELLING_NAME).filter(|_| R::flows(rest));
-        let changing = R::changing(rest).and_then(|changing| changing.at(conditions));
-        work.changing.resize(changing.as_ref().map_or(0, |_| edge.len()), 0.0);
-        if let Some(at) = &changing {
-            parallel::fill(&mut work.changing, |h| {
+        let shift = conditions.internal(REMODELLING_NAME).filter(|_| R::flows(rest));
+        let variable_curvature =
+            R::variable_curvature(rest).and_then(|curvature| curvature.at(conditions));
+        work.variable_curvature.resize(variable_curvature.as_ref().map_or(0, |_| edge.len()), 0.0);
+        if let Some(at) = &variable_curvature {
+            parallel::fill(&mut work.variable_curvature, |h| {
                 let [a, b, ..] = corners[h];
                 0.5 * (at[a as usize] + at[b as usize])
             });
         }
-        let added = &work.changing;
+        let added = &work.variable_curvature;
         work.hinge.resize(edge.len(), Hinge::default());
         parallel::fill(&mut work.hinge, |h| {
             let e = edge[h] as usize;
             let [first, second] = sheet.edges()[e].triangles.map(|t| area[t as usize]);
             let stiffness = rigidity.at(h) * length[e] * length[e] / (first + second);
-            let mut flowed = flowed.map_or(0.0, |flowed| flowed[e]);
+            let mut shift = shift.map_or(0.0, |shift| shift[e]);
             if let Some(curvature) = added.get(h) {
-                flowed += curvature * (first + second) / length[e];
+                shift += curvature * (first + second) / length[e];
             }
-            Hinge { stiffness, rest: R::at(rest, h, length[e], first + second, flowed) }
+            Hinge { stiffness, rest: R::at(rest, h, length[e], first + second, shift) }
         });
     }
 
@@ -374,10 +380,10 @@ impl<R: RestAngle> Energy for HingeBending<R> {
             let length = metric.length()[e];
             by(e, 2.0 / length, &pull);
             // … but for -B C₀ l̄ ψ, which knows no areas.
-            let curvature =
-                R::spontaneous(&self.rest, h) + work.changing.get(h).copied().unwrap_or(0.0);
+            let curvature = R::spontaneous_curvature(&self.rest, h)
+                + work.variable_curvature.get(h).copied().unwrap_or(0.0);
             let bent = R::MAY_BE_CURVED
-                .then(|| self.by_spontaneous(h, curvature, &corners.map(|v| shape.x[v])));
+                .then(|| self.spontaneous_gradient(h, curvature, &corners.map(|v| shape.x[v])));
             if let Some(bent) = &bent {
                 by(e, 1.0, bent);
             }
@@ -402,13 +408,13 @@ impl<R: RestAngle> Energy for HingeBending<R> {
         _: &mut Self::Work,
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
-        if !R::changing(&self.rest).is_some_and(|changing| changing.law) {
+        if !R::variable_curvature(&self.rest).is_some_and(|curvature| curvature.law) {
             return;
         }
         let length = shape.metric.length();
         for (h, corners) in self.corners.iter().enumerate() {
             let half = -0.5 * length[self.edge[h] as usize];
-            let by = self.by_spontaneous(h, half, &corners.map(|v| shape.x[v as usize]));
+            let by = self.spontaneous_gradient(h, half, &corners.map(|v| shape.x[v as usize]));
             for (v, by) in corners.iter().zip(by) {
                 for end in &corners[..2] {
                     emit(*v as usize, *end as usize, by);

@@ -42,7 +42,7 @@ use kernels::{Gradient, VertexSums};
 use super::{BendingWeight, RestShape};
 use crate::Vec3;
 use crate::effects::material::at_vertices;
-use crate::effects::{Coupling, Elasticity, Energy, HessianPart, Values};
+use crate::effects::{Coupling, Energy, HessianPart, MaterialField, Values};
 use crate::geometry::{AreaRule, Conditions, Shape, VertexArea, angle_at};
 use crate::linear::BlockMatrix;
 use crate::num::real;
@@ -91,7 +91,7 @@ impl MeyerBending {
     #[must_use]
     pub fn new(
         sheet: &Sheet,
-        material: impl Into<Elasticity>,
+        material: impl Into<MaterialField>,
         weight: BendingWeight,
         area: AreaRule,
     ) -> Self {
@@ -118,7 +118,7 @@ impl MeyerBending {
     #[must_use]
     pub fn with_rest(
         sheet: &Sheet,
-        material: impl Into<Elasticity>,
+        material: impl Into<MaterialField>,
         area: AreaRule,
         rest: &RestShape,
     ) -> Self {

@@ -7,7 +7,7 @@ mod rest;
 
 pub use hinge::HingeBending;
 pub use meyer::MeyerBending;
-pub use rest::{Rest, RestShape, SPONTANEOUS_CURVATURE};
+pub use rest::{BendingRest, RestShape, SPONTANEOUS_CURVATURE};
 
 use remodelling::AngleRemodelling;
 
@@ -16,7 +16,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::field::{Field, named};
-use super::flow::FlowSpec;
+use super::flow_rule::FlowRule;
 use super::{Effect, EffectContext, EffectError, EffectSpec, Needs, misplaced, timed_field};
 use crate::geometry::AreaRule;
 use crate::sheet::Sheet;
@@ -32,11 +32,11 @@ pub struct Bending {
     /// The area of a vertex, here and in the signals; only `model = "meyer"` has it.
     pub area: AreaRule,
     /// The shape in which it is at rest.
-    pub rest: Rest,
+    pub rest: BendingRest,
     /// The spontaneous curvature C₀, 1/length; formulas may read the time `t`.
     pub curvature: Option<Field>,
     /// Flow of its rest angles towards the actual ones; only `model = "hinge"` has it.
-    pub remodelling: Option<FlowSpec>,
+    pub remodelling: Option<FlowRule>,
     #[serde(skip)]
     misplaced: Option<&'static str>,
 }
@@ -52,15 +52,15 @@ struct Given {
     #[serde(skip_serializing_if = "Option::is_none")]
     area: Option<AreaRule>,
     #[serde(default, skip_serializing_if = "is_flat")]
-    rest: Rest,
+    rest: BendingRest,
     #[serde(skip_serializing_if = "Option::is_none")]
     curvature: Option<Field>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    remodelling: Option<FlowSpec>,
+    remodelling: Option<FlowRule>,
 }
 
-fn is_flat(rest: &Rest) -> bool {
-    *rest == Rest::Flat
+fn is_flat(rest: &BendingRest) -> bool {
+    *rest == BendingRest::Flat
 }
 
 impl From<Given> for Bending {
@@ -113,8 +113,8 @@ impl EffectSpec for Bending {
 
     fn files(&self) -> Vec<(&'static str, &Path)> {
         let rest = match &self.rest {
-            Rest::State(file) => Some(file.as_path()),
-            Rest::Flat | Rest::Mesh => None,
+            BendingRest::State(file) => Some(file.as_path()),
+            BendingRest::Flat | BendingRest::Mesh => None,
         };
         let curvature = self.curvature.as_ref().and_then(Field::file);
         let mut all = named([("rest.state", rest), ("curvature.file", curvature)]);
@@ -125,7 +125,7 @@ impl EffectSpec for Bending {
     }
 
     fn resolve_paths_against(&mut self, folder: &Path) {
-        if let Rest::State(file) = &mut self.rest {
+        if let BendingRest::State(file) = &mut self.rest {
             *file = folder.join(&*file);
         }
         if let Some(curvature) = &mut self.curvature {
@@ -142,7 +142,7 @@ impl EffectSpec for Bending {
         let rest = RestShape::read(&self.rest, self.curvature.as_ref(), context)?;
         if let Some(flow) = &self.remodelling {
             let rest = RestShape { flows: true, ..rest.unwrap_or_default() };
-            if rest.changing.timed.is_some() {
+            if rest.variable_curvature.timed.is_some() {
                 return Err(EffectError {
                     key: "curvature",
                     message: "rest angles that flow do not read a spontaneous curvature that depends on time".into(),
@@ -187,12 +187,12 @@ impl Bending {
         let refuse = |key, message: &str, help: String| {
             Err(EffectError { key, message: message.into(), help: Some(help) })
         };
-        let law = RestShape::follows_law(context);
+        let law = RestShape::law_gives_curvature(context);
         if self.weight == BendingWeight::Paper {
             let printed =
                 "weight = \"paper\" is the sum as printed, of a sheet that rests in the plane";
             let curved =
-                [(self.rest != Rest::Flat, "rest"), (self.curvature.is_some(), "curvature")];
+                [(self.rest != BendingRest::Flat, "rest"), (self.curvature.is_some(), "curvature")];
             if let Some((_, key)) = curved.into_iter().find(|(given, _)| *given) {
                 let help = format!("leave {key} out, or choose weight = \"area\"");
                 return refuse(key, printed, help);

@@ -13,13 +13,13 @@
 
 use super::hinge;
 use super::rest::{Curved, RestAngle, RestAngles, RestShape};
-use crate::effects::flow::{Flow, FlowSpec, Keys};
-use crate::effects::{EffectContext, EffectError, Internal};
+use crate::effects::flow_rule::{Flow, FlowRule, Keys};
+use crate::effects::{EffectContext, EffectError, InternalVariables};
 use crate::geometry::Shape;
 use crate::kinetics::Location;
 use crate::parallel;
 
-/// What rest angles have flowed by is called.
+/// Name of the internal variable β, what rest angles have flowed by.
 pub(super) const REMODELLING_NAME: &str = "angle_remodelling";
 /// A change of an angle that matters, radians: absolute tolerances are in units of it.
 const TYPICAL_ANGLE_CHANGE: f64 = 1e-2;
@@ -37,7 +37,7 @@ pub(super) struct AngleRemodelling {
 impl AngleRemodelling {
     /// Of the hinges of a sheet with the rest shape `rest`.
     pub(super) fn new(
-        spec: &FlowSpec,
+        spec: &FlowRule,
         context: &EffectContext<'_>,
         rest: &RestShape,
     ) -> Result<Self, EffectError> {
@@ -49,12 +49,12 @@ impl AngleRemodelling {
     }
 }
 
-impl Internal for AngleRemodelling {
+impl InternalVariables for AngleRemodelling {
     fn name(&self) -> &'static str {
         REMODELLING_NAME
     }
 
-    fn place(&self) -> Location {
+    fn location(&self) -> Location {
         Location::Edge
     }
 
@@ -74,7 +74,7 @@ impl Internal for AngleRemodelling {
             let [first, second] = shape.sheet.edges()[e].triangles.map(|t| area[t as usize]);
             let areas = first + second;
             let rest = Curved::at(&self.rest, h, length[e], areas, values[e]);
-            let psi = hinge::angle(&self.corners[h].map(|v| shape.x[v as usize]));
+            let psi = hinge::psi(&self.corners[h].map(|v| shape.x[v as usize]));
             self.flow.rate(e, rest.deviation(psi), areas / length[e])
         });
         out.fill(0.0);

@@ -34,7 +34,7 @@ use crate::sheet::Sheet;
 /// The shape in which bending is at rest, as a scene gives it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Rest {
+pub enum BendingRest {
     /// The plane.
     #[default]
     Flat,
@@ -50,9 +50,9 @@ pub struct RestShape {
     /// Positions of all vertices; none for the plane.
     pub(super) positions: Option<Vec<Vec3>>,
     /// C₀ of all vertices, 1/length; none for 0.
-    pub(super) spontaneous: Option<Vec<f64>>,
+    pub(super) spontaneous_curvature: Option<Vec<f64>>,
     /// The C₀ that is added and changes in a run.
-    pub(super) changing: VariableCurvature,
+    pub(super) variable_curvature: VariableCurvature,
     /// Whether its angles flow.
     pub(super) flows: bool,
 }
@@ -66,7 +66,7 @@ pub struct VariableCurvature {
 
 impl VariableCurvature {
     /// Whether there is any.
-    pub(super) fn is_any(&self) -> bool {
+    pub(super) fn is_present(&self) -> bool {
         self.law || self.timed.is_some()
     }
 
@@ -87,12 +87,15 @@ pub const SPONTANEOUS_CURVATURE: &str = "spontaneous_curvature";
 impl RestShape {
     /// The same, to which the spontaneous curvature that the law gives is added.
     #[must_use]
-    pub fn following_law(self) -> Self {
-        Self { changing: VariableCurvature { law: true, ..self.changing }, ..self }
+    pub fn with_law_curvature(self) -> Self {
+        Self {
+            variable_curvature: VariableCurvature { law: true, ..self.variable_curvature },
+            ..self
+        }
     }
 
     /// Whether there is a law that gives a spontaneous curvature.
-    pub(super) fn follows_law(context: &EffectContext<'_>) -> bool {
+    pub(super) fn law_gives_curvature(context: &EffectContext<'_>) -> bool {
         context.kinetics.is_some_and(|(law, _)| law.capabilities.curvature)
     }
 
@@ -104,21 +107,21 @@ impl RestShape {
 
     /// The one that a scene gives; `None` if it is flat.
     pub(super) fn read(
-        rest: &Rest,
+        rest: &BendingRest,
         curvature: Option<&Field>,
         context: &EffectContext<'_>,
     ) -> Result<Option<Self>, EffectError> {
         let sheet = context.sheet;
         let positions = match rest {
-            Rest::Flat => None,
-            Rest::Mesh => Some(sheet.rest().to_vec()),
-            Rest::State(file) => Some(from_file(file, context)?),
+            BendingRest::Flat => None,
+            BendingRest::Mesh => Some(sheet.rest().to_vec()),
+            BendingRest::State(file) => Some(from_file(file, context)?),
         };
         if let Some(x) = &positions {
             check(sheet, x, rest)?;
         }
         let of = |field| context.timed_field(field, Location::Vertex, "curvature");
-        let (spontaneous, timed) = match curvature.map(of).transpose()? {
+        let (spontaneous_curvature, timed) = match curvature.map(of).transpose()? {
             None => (None, None),
             Some(TimedField::Given(Values::Same(value))) => {
                 (Some(vec![value; sheet.vertex_count()]), None)
@@ -126,26 +129,31 @@ impl RestShape {
             Some(TimedField::Given(Values::Each(all))) => (Some(all), None),
             timed => (None, timed),
         };
-        let changing = VariableCurvature { law: Self::follows_law(context), timed };
-        let made = Self { positions, spontaneous, changing, flows: false };
-        let flat =
-            made.positions.is_none() && made.spontaneous.is_none() && !made.changing.is_any();
+        let variable_curvature =
+            VariableCurvature { law: Self::law_gives_curvature(context), timed };
+        let made = Self { positions, spontaneous_curvature, variable_curvature, flows: false };
+        let flat = made.positions.is_none()
+            && made.spontaneous_curvature.is_none()
+            && !made.variable_curvature.is_present();
         Ok((!flat).then_some(made))
     }
 
     /// What the hinges with these corners keep.
     pub(super) fn at_hinges(&self, corners: &[[u32; 4]]) -> RestAngles {
-        let angle = |x: &Vec<Vec3>| {
-            corners.iter().map(|c| hinge::angle(&c.map(|v| x[v as usize]))).collect()
-        };
+        let angle =
+            |x: &Vec<Vec3>| corners.iter().map(|c| hinge::psi(&c.map(|v| x[v as usize]))).collect();
         let mean = |c: &Vec<f64>| {
             let of = |[a, b, ..]: &[u32; 4]| 0.5 * (c[*a as usize] + c[*b as usize]);
             corners.iter().map(of).collect()
         };
         RestAngles {
             angle: self.positions.as_ref().map(angle).unwrap_or_default(),
-            spontaneous: self.spontaneous.as_ref().map(mean).unwrap_or_default(),
-            changing: self.changing.clone(),
+            spontaneous_curvature: self
+                .spontaneous_curvature
+                .as_ref()
+                .map(mean)
+                .unwrap_or_default(),
+            variable_curvature: self.variable_curvature.clone(),
             flows: self.flows,
         }
     }
@@ -185,10 +193,10 @@ fn from_file(file: &Path, context: &EffectContext<'_>) -> Result<Vec<Vec3>, Effe
 }
 
 /// Refuses rest shapes in which a triangle has no area or two lie on one another.
-fn check(sheet: &Sheet, x: &[Vec3], rest: &Rest) -> Result<(), EffectError> {
-    let what = if *rest == Rest::Mesh { "the mesh" } else { "that state" };
+fn check(sheet: &Sheet, x: &[Vec3], rest: &BendingRest) -> Result<(), EffectError> {
+    let what = if *rest == BendingRest::Mesh { "the mesh" } else { "that state" };
     let bad = hinge::hinges(sheet).find(|(_, corners)| {
-        !(hinge::angle(&corners.map(|v| x[v as usize])).abs() < CLOSED_FOLD_PSI)
+        !(hinge::psi(&corners.map(|v| x[v as usize])).abs() < CLOSED_FOLD_PSI)
     });
     let Some((_, [a, b, ..])) = bad else { return Ok(()) };
     let message = format!(
@@ -206,20 +214,20 @@ pub trait RestAngle: std::fmt::Debug + Copy + Default + Send + Sync + 'static {
     /// Whether it can be another than 0.
     const MAY_BE_CURVED: bool;
     /// What the hinges of a sheet keep for it.
-    type Of: std::fmt::Debug + Send + Sync;
+    type SheetData: std::fmt::Debug + Send + Sync;
 
-    /// That of hinge `h` under the optimal length of its edge and the sum of the optimal areas of its triangles, which has
-    /// flowed by `flowed`.
-    fn at(of: &Self::Of, h: usize, length: f64, areas: f64, flowed: f64) -> Self;
+    /// That of hinge `h` under the optimal length of its edge and the sum of the optimal areas of its triangles;
+    /// `shift` is added: what it has flowed by, or what a variable curvature gives.
+    fn at(of: &Self::SheetData, h: usize, length: f64, areas: f64, shift: f64) -> Self;
 
     /// Whether it flows.
-    fn flows(of: &Self::Of) -> bool;
+    fn flows(of: &Self::SheetData) -> bool;
 
     /// The C₀ that is added and changes in a run.
-    fn changing(of: &Self::Of) -> Option<&VariableCurvature>;
+    fn variable_curvature(of: &Self::SheetData) -> Option<&VariableCurvature>;
 
     /// C₀ at hinge `h`, 1/length.
-    fn spontaneous(of: &Self::Of, h: usize) -> f64;
+    fn spontaneous_curvature(of: &Self::SheetData, h: usize) -> f64;
 
     /// ψ - ψ⁰.
     fn deviation(&self, psi: f64) -> f64;
@@ -231,7 +239,7 @@ pub struct Flat;
 
 impl RestAngle for Flat {
     const MAY_BE_CURVED: bool = false;
-    type Of = ();
+    type SheetData = ();
 
     fn at((): &(), _: usize, _: f64, _: f64, _: f64) -> Self {
         Self
@@ -241,11 +249,11 @@ impl RestAngle for Flat {
         false
     }
 
-    fn changing((): &()) -> Option<&VariableCurvature> {
+    fn variable_curvature((): &()) -> Option<&VariableCurvature> {
         None
     }
 
-    fn spontaneous((): &(), _: usize) -> f64 {
+    fn spontaneous_curvature((): &(), _: usize) -> f64 {
         0.0
     }
 
@@ -265,30 +273,30 @@ pub struct RestAngles {
     /// ψ in the rest shape.
     angle: Vec<f64>,
     /// C₀, 1/length.
-    spontaneous: Vec<f64>,
-    changing: VariableCurvature,
+    spontaneous_curvature: Vec<f64>,
+    variable_curvature: VariableCurvature,
     flows: bool,
 }
 
 impl RestAngle for Curved {
     const MAY_BE_CURVED: bool = true;
-    type Of = RestAngles;
+    type SheetData = RestAngles;
 
-    fn at(of: &RestAngles, h: usize, length: f64, areas: f64, flowed: f64) -> Self {
+    fn at(of: &RestAngles, h: usize, length: f64, areas: f64, shift: f64) -> Self {
         let angle = of.angle.get(h).copied().unwrap_or(0.0);
-        Self(angle + Self::spontaneous(of, h) * areas / length + flowed)
+        Self(angle + Self::spontaneous_curvature(of, h) * areas / length + shift)
     }
 
     fn flows(of: &RestAngles) -> bool {
         of.flows
     }
 
-    fn changing(of: &RestAngles) -> Option<&VariableCurvature> {
-        Some(&of.changing)
+    fn variable_curvature(of: &RestAngles) -> Option<&VariableCurvature> {
+        Some(&of.variable_curvature)
     }
 
-    fn spontaneous(of: &RestAngles, h: usize) -> f64 {
-        of.spontaneous.get(h).copied().unwrap_or(0.0)
+    fn spontaneous_curvature(of: &RestAngles, h: usize) -> f64 {
+        of.spontaneous_curvature.get(h).copied().unwrap_or(0.0)
     }
 
     #[inline(always)]

@@ -25,13 +25,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::law::Law;
+use super::distance_potential::DistancePotential;
 use super::obstacle::{Body, ObstacleDistance, check_ramp};
 use super::{ContactWork, Contacts, ObstacleShape};
 use crate::Vec3;
 use crate::effects::{
-    BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, Factor,
-    HessianPart, Needs, Ramp,
+    BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart,
+    Needs, Ramp, RampFactor,
 };
 use crate::geometry::{Conditions, Shape, lumped_areas};
 use crate::num::checked::{Finite, Positive};
@@ -102,11 +102,13 @@ impl EffectSpec for Adhesion {
     }
 
     fn breakpoints(&self, _: &Sheet, until: f64) -> Vec<f64> {
-        Factor::new(self.ramp.as_ref()).map_or_else(|_| Vec::new(), |ramp| ramp.breakpoints(until))
+        RampFactor::new(self.ramp.as_ref())
+            .map_or_else(|_| Vec::new(), |ramp| ramp.breakpoints(until))
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
-        let law = Law::Well(Well { work: self.work.get(), reach: self.distance.get() });
+        let potential =
+            DistancePotential::Well(Well { work: self.work.get(), reach: self.distance.get() });
         let refused = |key, message: &str, help: &str| {
             Err(EffectError { key, message: message.into(), help: Some(help.into()) })
         };
@@ -116,7 +118,7 @@ impl EffectSpec for Adhesion {
                 let message = "a sheet that sticks to itself has nothing that moves";
                 return refused(key, message, "`to` says what else it sticks to");
             }
-            return Ok(Effect::energy(Sticky(Contacts::by_law(context.sheet, law))));
+            return Ok(Effect::energy(Sticky(Contacts::with_potential(context.sheet, potential))));
         };
         let form = ObstacleDistance::new(to).map_err(|error| EffectError { key: "to", ..error })?;
         let ObstacleDistance::Smooth(surface) = form else {
@@ -124,11 +126,11 @@ impl EffectSpec for Adhesion {
             return refused("to", message, "a plane, a sphere or a cylinder");
         };
         check_ramp(self.ramp.as_ref(), self.displacement.is_some())?;
-        let factor = Factor::new(self.ramp.as_ref())?;
+        let factor = RampFactor::new(self.ramp.as_ref())?;
         let displacement =
             self.displacement.map_or(Vec3::zeros(), |d| Vec3::from(d.map(Finite::get)));
         let area = lumped_areas(context.sheet);
-        Ok(Effect::energy(Body { surface, law, displacement, factor, area }))
+        Ok(Effect::energy(Body { surface, potential, displacement, factor, area }))
     }
 }
 

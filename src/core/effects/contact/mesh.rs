@@ -18,12 +18,12 @@
 use std::path::Path;
 
 use super::barrier::Barrier;
-use super::law::Law;
+use super::distance_potential::DistancePotential;
 use super::touching::{self, Contact, Weights};
 use super::{EDGE_REACH_RATIO, TOUCHING_DISTANCE, halves, sums};
 use crate::Vec3;
 use crate::effects::{
-    BlockMatrix, Coupling, EffectContext, EffectError, Energy, Factor, HessianPart, Touching,
+    BlockMatrix, Coupling, EffectContext, EffectError, Energy, HessianPart, RampFactor, Touching,
 };
 use crate::geometry::proximity::{PairKind, Proximity, Reach, at};
 use crate::geometry::{Crossings, Shape};
@@ -43,7 +43,7 @@ pub(super) struct MeshBody {
     barrier: Barrier,
     /// The displacement at the factor 1.
     displacement: Vec3,
-    factor: Factor,
+    factor: RampFactor,
     /// Half of the rest area of vertices and of edges.
     vertex: Vec<f64>,
     edge: Vec<f64>,
@@ -63,7 +63,7 @@ impl MeshBody {
         file: &Path,
         context: &EffectContext<'_>,
         barrier: Barrier,
-        (displacement, factor): (Vec3, Factor),
+        (displacement, factor): (Vec3, RampFactor),
     ) -> Result<Self, EffectError> {
         let refused = |message: String| EffectError { key: "shape", message, help: None };
         let Some(read) = context.read else {
@@ -81,7 +81,7 @@ impl MeshBody {
     /// All contacts at `shape`.
     fn contacts(&self, shape: &Shape<'_>, work: &mut MeshWork) -> Vec<Contact> {
         let weights = Weights {
-            law: Law::Barrier(self.barrier),
+            potential: DistancePotential::Barrier(self.barrier),
             vertex: &self.vertex,
             edge: &self.edge,
             rest: self.both.rest(),

@@ -24,7 +24,7 @@
 
 mod adhesion;
 mod barrier;
-mod law;
+mod distance_potential;
 mod mesh;
 mod mollifier;
 mod obstacle;
@@ -48,7 +48,7 @@ use crate::parallel;
 use crate::sheet::{Edge, Sheet};
 pub use adhesion::Adhesion;
 use barrier::Barrier;
-use law::Law;
+use distance_potential::DistancePotential;
 pub use obstacle::{Obstacle, ObstacleShape, Side};
 use separate::Start;
 use touching::{Contact, Weights};
@@ -101,7 +101,7 @@ impl EffectSpec for SelfContact {
             let help = Some("at most material.thickness, which it is without the key".into());
             return Err(EffectError { key: "distance", message, help });
         }
-        let contacts = Contacts::by_law(context.sheet, Law::Barrier(barrier));
+        let contacts = Contacts::with_potential(context.sheet, DistancePotential::Barrier(barrier));
         Ok(Effect::energy(Contacts { separate: self.separate, ..contacts }))
     }
 
@@ -172,7 +172,7 @@ fn halves(sheet: &Sheet) -> (Vec<f64>, Vec<f64>) {
 /// Self-contact of one sheet, or its adhesion to itself.
 #[derive(Debug)]
 pub struct Contacts {
-    law: Law,
+    potential: DistancePotential,
     /// Half of the rest area of vertices and of edges.
     vertex: Vec<f64>,
     edge: Vec<f64>,
@@ -183,21 +183,24 @@ impl Contacts {
     /// On `sheet`, at distances below `distance`, with the stiffness κ.
     #[must_use]
     pub fn new(sheet: &Sheet, distance: f64, stiffness: f64) -> Self {
-        Self::by_law(sheet, Law::Barrier(Barrier { stiffness, reach: distance }))
+        Self::with_potential(
+            sheet,
+            DistancePotential::Barrier(Barrier { stiffness, reach: distance }),
+        )
     }
 
-    fn by_law(sheet: &Sheet, law: Law) -> Self {
+    fn with_potential(sheet: &Sheet, potential: DistancePotential) -> Self {
         let (vertex, edge) = halves(sheet);
-        Self { law, vertex, edge, separate: false }
+        Self { potential, vertex, edge, separate: false }
     }
 
     /// All contacts at `shape`.
     fn contacts(&self, shape: &Shape<'_>, work: &mut ContactWork) -> Vec<Contact> {
         let range = self.range(work, shape);
-        let proximity = work.proximity(shape, self.law.reach());
+        let proximity = work.proximity(shape, self.potential.reach());
         let near = proximity.near(shape.sheet, shape.x, &range);
         let weights = Weights {
-            law: self.law,
+            potential: self.potential,
             vertex: &self.vertex,
             edge: &self.edge,
             rest: shape.sheet.rest(),
@@ -207,10 +210,10 @@ impl Contacts {
 
     fn range(&self, work: &mut ContactWork, shape: &Shape<'_>) -> Reach {
         let shrinkage = *work.shrinkage.get_or_insert_with(|| shrinkage(shape.metric));
-        let (points, edges) = (self.law.reach(), EDGE_REACH_RATIO * self.law.reach());
-        match self.law {
-            Law::Barrier(_) => Reach { points, edges, shrinkage },
-            Law::Well(_) => Reach { points, edges: 0.0, shrinkage },
+        let (points, edges) = (self.potential.reach(), EDGE_REACH_RATIO * self.potential.reach());
+        match self.potential {
+            DistancePotential::Barrier(_) => Reach { points, edges, shrinkage },
+            DistancePotential::Well(_) => Reach { points, edges: 0.0, shrinkage },
         }
     }
 }
@@ -282,7 +285,11 @@ impl Energy for Contacts {
 
     fn largest_step(&self, from: &Shape<'_>, work: &mut ContactWork, direction: &[Vec3]) -> f64 {
         let range = self.range(work, from);
-        work.proximity(from, self.law.reach()).largest_step(from.sheet, (from.x, direction), &range)
+        work.proximity(from, self.potential.reach()).largest_step(
+            from.sheet,
+            (from.x, direction),
+            &range,
+        )
     }
 
     fn is_contact(&self) -> bool {
@@ -303,14 +310,14 @@ impl Energy for Contacts {
             return None;
         }
         let range = self.range(work, shape);
-        let proximity = work.proximity(shape, self.law.reach());
+        let proximity = work.proximity(shape, self.potential.reach());
         let start = Start { sheet: shape.sheet, x: shape.x, pins, range, proximity };
         start.separated()
     }
 
     fn refusal(&self, shape: &Shape<'_>, work: &mut ContactWork) -> Option<String> {
         let range = self.range(work, shape);
-        let proximity = work.proximity(shape, self.law.reach());
+        let proximity = work.proximity(shape, self.potential.reach());
         if !proximity.any_near(shape.sheet, shape.x, &range) {
             return None;
         }

@@ -26,13 +26,13 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::barrier_of;
-use super::law::Law;
+use super::distance_potential::DistancePotential;
 use super::mesh::MeshBody;
 use crate::Vec3;
 use crate::effects::field::named;
 use crate::effects::{
-    Block, BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, Factor,
-    HessianPart, Needs, Ramp, Touching,
+    Block, BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy,
+    HessianPart, Needs, Ramp, RampFactor, Touching,
 };
 use crate::geometry::{Shape, lumped_areas};
 use crate::num::checked::{Finite, Positive};
@@ -133,7 +133,8 @@ impl EffectSpec for Obstacle {
     }
 
     fn breakpoints(&self, _: &Sheet, until: f64) -> Vec<f64> {
-        Factor::new(self.ramp.as_ref()).map_or_else(|_| Vec::new(), |ramp| ramp.breakpoints(until))
+        RampFactor::new(self.ramp.as_ref())
+            .map_or_else(|_| Vec::new(), |ramp| ramp.breakpoints(until))
     }
 
     fn files(&self) -> Vec<(&'static str, &Path)> {
@@ -148,7 +149,7 @@ impl EffectSpec for Obstacle {
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         check_ramp(self.ramp.as_ref(), self.displacement.is_some())?;
-        let factor = Factor::new(self.ramp.as_ref())?;
+        let factor = RampFactor::new(self.ramp.as_ref())?;
         let thickness = context.material.map(|m| 0.5 * m.thickness);
         let barrier = barrier_of((self.distance, thickness), self.stiffness, context.material)?;
         let displacement =
@@ -161,7 +162,7 @@ impl EffectSpec for Obstacle {
                 let area = lumped_areas(context.sheet);
                 Effect::energy(Body {
                     surface,
-                    law: Law::Barrier(barrier),
+                    potential: DistancePotential::Barrier(barrier),
                     displacement,
                     factor,
                     area,
@@ -262,10 +263,10 @@ impl Surface {
 #[derive(Debug)]
 pub(super) struct Body {
     pub(super) surface: Surface,
-    pub(super) law: Law,
+    pub(super) potential: DistancePotential,
     /// The displacement at the factor 1.
     pub(super) displacement: Vec3,
-    pub(super) factor: Factor,
+    pub(super) factor: RampFactor,
     /// The rest area of every vertex.
     pub(super) area: Vec<f64>,
 }
@@ -282,12 +283,13 @@ impl Body {
 
     /// Energy, slope and curvature at the signed distance `s` of vertex i, times its area.
     fn energies(&self, i: usize, s: f64) -> [f64; 3] {
-        let law = &self.law;
-        let d = match law {
-            Law::Barrier(barrier) => s.max(PARABOLA_SHARE * barrier.reach),
-            Law::Well(_) => s,
+        let potential = &self.potential;
+        let d = match potential {
+            DistancePotential::Barrier(barrier) => s.max(PARABOLA_SHARE * barrier.reach),
+            DistancePotential::Well(_) => s,
         };
-        let (energy, slope, curvature) = (law.energy(d), law.slope(d), law.curvature(d));
+        let (energy, slope, curvature) =
+            (potential.energy(d), potential.slope(d), potential.curvature(d));
         let beyond = s - d;
         let energy = energy + beyond * (slope + 0.5 * beyond * curvature);
         [energy, slope + beyond * curvature, curvature].map(|value| self.area[i] * value)
@@ -314,7 +316,7 @@ impl Energy for Body {
         if let Some(gradient) = gradient {
             parallel::update(gradient, |i, g| {
                 let (s, n, _) = distance(i);
-                if s < self.law.reach() {
+                if s < self.potential.reach() {
                     *g += self.energies(i, s)[1] * n;
                 }
             });
@@ -333,7 +335,7 @@ impl Energy for Body {
         let distance = self.distances(shape);
         into.update_rows(|i, row| {
             let (s, n, bend) = distance(i);
-            if s >= self.law.reach() {
+            if s >= self.potential.reach() {
                 return;
             }
             let [_, slope, curvature] = self.energies(i, s);
@@ -347,12 +349,12 @@ impl Energy for Body {
     }
 
     fn is_contact(&self) -> bool {
-        matches!(self.law, Law::Barrier(_))
+        matches!(self.potential, DistancePotential::Barrier(_))
     }
 
     fn touching(&self, shape: &Shape<'_>, (): &mut ()) -> Touching {
         let distance = self.distances(shape);
-        let (all, count, reach) = (shape.sheet.reduction(), shape.x.len(), self.law.reach());
+        let (all, count, reach) = (shape.sheet.reduction(), shape.x.len(), self.potential.reach());
         let near = |i: usize| Some(distance(i).0).filter(|s| *s < reach);
         let pairs = all.sum(count, |i| if near(i).is_some() { 1.0 } else { 0.0 });
         let gap = all.min(count, |i| near(i).unwrap_or(f64::INFINITY));

@@ -28,7 +28,7 @@ const OVERSHOOT: f64 = 1.1;
 /// Rounds after which it is given up: each moves vertices most of their way.
 const MAX_ROUNDS: usize = 500;
 
-/// A start on its way.
+/// A start to be pushed apart, and what bounds how.
 pub(super) struct Start<'a> {
     pub(super) sheet: &'a Sheet,
     pub(super) x: &'a [Vec3],
@@ -159,7 +159,7 @@ struct Pierced {
     weights: [f64; 3],
 }
 
-/// The edges of triangle `t` that cross triangle `u`.
+/// The edges of triangle `t` that cross `triangle`, without a vertex of it.
 fn pierced<'a>(
     (sheet, x): (&'a Sheet, &'a [Vec3]),
     t: usize,

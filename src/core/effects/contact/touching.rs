@@ -13,7 +13,7 @@
 //! Terms with the same nearest feature are one contact. Pairs whose reach their distance at rest bounds are near on the
 //! sheet too; each counts by itself.
 
-use super::law::Law;
+use super::distance_potential::DistancePotential;
 use super::mollifier::Mollifier;
 use crate::Vec3;
 use crate::effects::{Block, HessianPart};
@@ -26,7 +26,7 @@ use crate::parallel::{self, BLOCK};
 /// What weighs contacts.
 pub(super) struct Weights<'a> {
     /// That of vertices and triangles that are far apart at rest.
-    pub(super) law: Law,
+    pub(super) potential: DistancePotential,
     /// Half the rest area of every vertex and of every edge.
     pub(super) vertex: &'a [f64],
     pub(super) edge: &'a [f64],
@@ -40,7 +40,7 @@ pub(super) struct Contact {
     pub(super) nearest: Nearest,
     /// Area.
     weight: f64,
-    law: Law,
+    potential: DistancePotential,
     mollifier: Option<Mollifier>,
 }
 
@@ -58,7 +58,7 @@ impl Contact {
 
     pub(super) fn energy(&self) -> f64 {
         let share = self.mollifier.as_ref().map_or(1.0, |m| m.value);
-        self.weight * share * self.law.energy(self.distance())
+        self.weight * share * self.potential.energy(self.distance())
     }
 
     /// Derivatives of the energy by the corners.
@@ -66,10 +66,10 @@ impl Contact {
         let d = self.distance();
         let n = self.nearest.connection() / d;
         let share = self.mollifier.as_ref().map_or(1.0, |m| m.value);
-        let slope = self.weight * share * self.law.slope(d);
+        let slope = self.weight * share * self.potential.slope(d);
         let mut all = self.nearest.weights().map(|w| slope * w * n);
         if let Some(m) = &self.mollifier {
-            let energy = self.weight * self.law.energy(d);
+            let energy = self.weight * self.potential.energy(d);
             all.iter_mut().zip(m.gradient()).for_each(|(all, by)| *all += energy * by);
         }
         all
@@ -81,12 +81,12 @@ impl Contact {
         let n = self.nearest.connection() / d;
         let w = self.nearest.weights();
         let share = self.mollifier.as_ref().map_or(1.0, |m| m.value);
-        let (b, slope) = (self.law.energy(d), self.law.slope(d));
+        let (b, slope) = (self.potential.energy(d), self.potential.slope(d));
         let across = n * n.transpose();
         let block = |stiffness: f64| -> [[Block; 4]; 4] {
             w.map(|k| w.map(|m| stiffness * k * m * across))
         };
-        let curvature = self.weight * share * self.law.curvature(d);
+        let curvature = self.weight * share * self.potential.curvature(d);
         if part == HessianPart::Positive {
             return block(curvature.max(0.0));
         }
@@ -140,10 +140,16 @@ fn of_vertex(pairs: &[Pair], x: &[Vec3], weights: &Weights<'_>, all: &mut Vec<Co
         if !(nearest.distance() < pair.reach) {
             continue;
         }
-        if pair.reach < weights.law.reach() {
+        if pair.reach < weights.potential.reach() {
             let weight = weights.vertex[pair.corners[0] as usize];
-            let (corners, law) = (pair.corners, weights.law.of_neighbours(pair.reach));
-            all.extend(law.map(|law| Contact { corners, nearest, weight, law, mollifier: None }));
+            let (corners, potential) = (pair.corners, weights.potential.of_neighbours(pair.reach));
+            all.extend(potential.map(|potential| Contact {
+                corners,
+                nearest,
+                weight,
+                potential,
+                mollifier: None,
+            }));
         } else {
             features.add_triangle(&pair.corners, nearest, between);
         }
@@ -190,10 +196,10 @@ impl Features {
         for same in self.nearest.chunk_by(|a, b| a.between == b.between) {
             let count: i32 = same.iter().map(|feature| feature.count).sum();
             let Feature { corners, nearest, .. } = same[0];
-            if count != 0 && nearest.distance() < weights.law.reach() {
+            if count != 0 && nearest.distance() < weights.potential.reach() {
                 let weight = f64::from(count) * weights.vertex[corners[0] as usize];
-                let law = weights.law;
-                all.push(Contact { corners, nearest, weight, law, mollifier: None });
+                let potential = weights.potential;
+                all.push(Contact { corners, nearest, weight, potential, mollifier: None });
             }
         }
     }
@@ -244,13 +250,13 @@ fn of_edges(pair: &Pair, x: &[Vec3], weights: &Weights<'_>) -> Option<Contact> {
         return None;
     }
     let [e, f] = pair.features.map(|e| weights.edge[e as usize]);
-    let law = weights.law.of_neighbours(pair.reach)?;
+    let potential = weights.potential.of_neighbours(pair.reach)?;
     let mollifier = Mollifier::new(&place, &at(weights.rest, &pair.corners));
     Some(Contact {
         corners: pair.corners,
         nearest,
         weight: (e + f) / real(2),
-        law,
+        potential,
         mollifier: Some(mollifier),
     })
 }

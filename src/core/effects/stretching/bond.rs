@@ -24,7 +24,7 @@
 
 use super::StretchingWeight;
 use crate::Vec3;
-use crate::effects::{Coupling, Elasticity, Energy, HessianPart, Values};
+use crate::effects::{Coupling, Energy, HessianPart, MaterialField, Values};
 use crate::geometry::{Conditions, Shape};
 use crate::linear::{BlockMatrix, LazyStencils};
 use crate::parallel;
@@ -51,7 +51,7 @@ pub struct BondWork {
 impl BondStretching {
     /// For a sheet of the given material; lengths come with the rest metric.
     #[must_use]
-    pub fn new(material: impl Into<Elasticity>, weight: StretchingWeight) -> Self {
+    pub fn new(material: impl Into<MaterialField>, weight: StretchingWeight) -> Self {
         Self { modulus: material.into().stretching_modulus(), weight }
     }
 

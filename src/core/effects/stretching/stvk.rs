@@ -48,7 +48,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::StretchingModulus;
 use crate::Vec3;
 use crate::effects::element::{self, Element, Mesh};
-use crate::effects::{Coupling, Elasticity, Energy, HessianPart, Values};
+use crate::effects::{Coupling, Energy, HessianPart, MaterialField, Values};
 use crate::geometry::{Conditions, Shape};
 use crate::linear::{Block, BlockMatrix, LazyStencils};
 use crate::parallel;
@@ -254,7 +254,7 @@ pub struct StvkWork {
 impl StvkStretching {
     /// For a sheet of the given material; lengths come with the rest metric.
     #[must_use]
-    pub fn new(material: impl Into<Elasticity>, modulus: StretchingModulus) -> Self {
+    pub fn new(material: impl Into<MaterialField>, modulus: StretchingModulus) -> Self {
         let material = material.into();
         Self {
             modulus: match modulus {

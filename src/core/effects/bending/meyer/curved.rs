@@ -46,7 +46,7 @@ use crate::effects::bending::HingeBending;
 use crate::effects::bending::hinge::HingeWork;
 use crate::effects::bending::rest::{Curved, RestShape, VariableCurvature};
 use crate::effects::material::at_vertices;
-use crate::effects::{Elasticity, Energy, Material, Values};
+use crate::effects::{Energy, Material, MaterialField, Values};
 use crate::geometry::{Conditions, Shape};
 use crate::num::real;
 use crate::parallel;
@@ -62,9 +62,9 @@ pub(super) struct CurvedRest {
     /// Where it is unbent, if that is not the plane.
     shaped: Option<CurvedShape>,
     /// C₀ of every vertex; empty for 0.
-    spontaneous: Vec<f64>,
+    spontaneous_curvature: Vec<f64>,
     /// The C₀ that is added and changes in a run.
-    changing: VariableCurvature,
+    variable_curvature: VariableCurvature,
     /// `1 - s` of every vertex.
     vertices_share: Values,
 }
@@ -86,7 +86,7 @@ pub(super) struct CurvedWork {
     reference: Vec<f64>,
     grown_reference: Vec<f64>,
     /// C₀ that changes in a run; empty without.
-    changing: Vec<f64>,
+    variable_curvature: Vec<f64>,
     pub hinge: HingeWork<Curved>,
 }
 
@@ -119,7 +119,7 @@ impl VertexState {
 }
 
 impl CurvedRest {
-    pub(super) fn new(material: &Elasticity, sheet: &Sheet, rest: &RestShape) -> Self {
+    pub(super) fn new(material: &MaterialField, sheet: &Sheet, rest: &RestShape) -> Self {
         let share = |material: &Material| HINGE_SHARE * (1.0 - material.poisson);
         let rigidity = || material.per_triangle(|m| share(m) * m.bending_rigidity());
         let shaped = rest.positions.as_ref().map(|positions| CurvedShape {
@@ -130,13 +130,18 @@ impl CurvedRest {
             None => Values::Same(1.0),
             Some(_) => vertices_share(material, sheet, share),
         };
-        let spontaneous = rest.spontaneous.clone().unwrap_or_default();
-        Self { shaped, spontaneous, changing: rest.changing.clone(), vertices_share: left }
+        let spontaneous_curvature = rest.spontaneous_curvature.clone().unwrap_or_default();
+        Self {
+            shaped,
+            spontaneous_curvature,
+            variable_curvature: rest.variable_curvature.clone(),
+            vertices_share: left,
+        }
     }
 
     /// Whether C₀ reads the time.
     pub(super) fn depends_on_time(&self) -> bool {
-        self.changing.timed.is_some()
+        self.variable_curvature.timed.is_some()
     }
 
     /// The hinges of a rest shape that is not flat.
@@ -150,10 +155,11 @@ impl CurvedRest {
         conditions: &Conditions<'_>,
         work: &mut MeyerWork,
     ) {
-        if self.changing.is_any() {
-            let changing = &mut work.curved.get_or_insert_default().changing;
-            changing.clear();
-            changing.extend_from_slice(&self.changing.at(conditions).unwrap_or_default());
+        if self.variable_curvature.is_present() {
+            let variable_curvature = &mut work.curved.get_or_insert_default().variable_curvature;
+            variable_curvature.clear();
+            variable_curvature
+                .extend_from_slice(&self.variable_curvature.at(conditions).unwrap_or_default());
         }
         let Some(shaped) = &self.shaped else { return };
         let &Conditions { sheet, metric, time, .. } = conditions;
@@ -191,7 +197,7 @@ impl CurvedRest {
             return (derivatives, Vec3::zeros(), energy);
         }
         let at = VertexState::new(&gathered[i], &work.normals[i]);
-        let (b, c0) = (bending.rigidity.at(i), self.spontaneous(work, i));
+        let (b, c0) = (bending.rigidity.at(i), self.spontaneous_curvature(work, i));
         let constant = 0.5 * b * c0 * c0;
         if self.shaped.is_none() {
             let (mut derivatives, density) = bending.at_vertex(shape, gathered, i);
@@ -215,10 +221,10 @@ impl CurvedRest {
     }
 
     /// C₀ of vertex `i`.
-    fn spontaneous(&self, work: &CurvedWork, i: usize) -> f64 {
-        let own = self.spontaneous.get(i).copied().unwrap_or(0.0);
-        match self.changing.is_any() {
-            true => own + work.changing.get(i).copied().unwrap_or(0.0),
+    fn spontaneous_curvature(&self, work: &CurvedWork, i: usize) -> f64 {
+        let own = self.spontaneous_curvature.get(i).copied().unwrap_or(0.0);
+        match self.variable_curvature.is_present() {
+            true => own + work.variable_curvature.get(i).copied().unwrap_or(0.0),
             false => own,
         }
     }
@@ -285,7 +291,8 @@ impl CurvedRest {
         i: usize,
     ) -> SecondFactors {
         let at = VertexState::new(&gathered[i], &work.normals[i]);
-        let (along, b, c0) = (at.along(), bending.rigidity.at(i), self.spontaneous(work, i));
+        let (along, b, c0) =
+            (at.along(), bending.rigidity.at(i), self.spontaneous_curvature(work, i));
         let (stiffness, pull) = match self.shaped {
             None => (0.0, -b * c0),
             Some(_) => {
@@ -352,7 +359,7 @@ impl CurvedRest {
         work: &mut MeyerWork,
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
-        if !self.changing.law {
+        if !self.variable_curvature.law {
             return;
         }
         self.fill_derivatives(bending, shape, work);
@@ -366,7 +373,7 @@ impl CurvedRest {
             differentiate(bending, shape, i, &vertices, &mut derivatives);
             let second = self.second_factors(bending, (gathered, curved), i);
             let rest = curved.grown_reference.get(i).copied().unwrap_or(0.0);
-            let by_area = self.spontaneous(curved, i) - second.mean + rest;
+            let by_area = self.spontaneous_curvature(curved, i) - second.mean + rest;
             let b = bending.rigidity.at(i);
             for (v, at) in vertices.iter().zip(&derivatives) {
                 emit(*v as usize, i, b * (by_area * at.area - second.bent(at)));
@@ -377,7 +384,7 @@ impl CurvedRest {
 
 /// `1 - s` of every vertex with the share s of every triangle: weighted by B, so that both parts add up to the B of a vertex.
 fn vertices_share(
-    material: &Elasticity,
+    material: &MaterialField,
     sheet: &Sheet,
     share: impl Fn(&Material) -> f64,
 ) -> Values {

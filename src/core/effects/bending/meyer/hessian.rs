@@ -41,8 +41,8 @@ use crate::sheet::Sheet;
 
 use boundary::BoundaryHinges;
 use curved::CurvedAt;
-use rings::Outer;
-use triangles::Inner;
+use rings::OuterPart;
+use triangles::InnerPart;
 
 /// Where the blocks of the two parts go.
 #[derive(Debug, Default)]
@@ -133,8 +133,8 @@ pub(super) fn add(
     let local = places.local.get_or_insert_with(|| Local::new(sheet));
     let full = part == HessianPart::Full;
     let second_order = full && bending.weight == BendingWeight::Paper;
-    let outer = Outer { at: *at, shape: *shape, local, second_order };
-    let inner = Inner { at: *at, shape: *shape };
+    let outer = OuterPart { at: *at, shape: *shape, local, second_order };
+    let inner = InnerPart { at: *at, shape: *shape };
     let triangles = full.then(|| {
         places.triangles.for_pattern(into.pattern(), || {
             sheet.triangles().iter().map(|t| {
@@ -150,7 +150,7 @@ pub(super) fn add(
             Stencils::assemble_wide(into, (rings, &outer), triangles);
         }
         (true, Some(places)) => {
-            Stencils::assemble_wide(into, (places, &inner), None::<(&Stencils, &Inner<'_>)>);
+            Stencils::assemble_wide(into, (places, &inner), None::<(&Stencils, &InnerPart<'_>)>);
         }
         (true, None) => {}
     }

@@ -63,7 +63,10 @@ impl BoundaryHinges {
             Values::Each(all) => 0.5 * (all[a as usize] + all[b as usize]),
         };
         let blocks = |h: usize| {
-            hinge::stiffness(&corners[h].map(|v| shape.x[v as usize]), rigidity(of(corners[h])))
+            hinge::stiffness_blocks(
+                &corners[h].map(|v| shape.x[v as usize]),
+                rigidity(of(corners[h])),
+            )
         };
         element::add_blocks(corners, blocks, &mut self.places, into);
     }

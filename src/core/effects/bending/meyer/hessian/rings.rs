@@ -14,7 +14,7 @@ use crate::parallel::simd::Simd;
 const INLINE_RING: usize = 12;
 
 /// Outer part of the interior vertices.
-pub(super) struct Outer<'a> {
+pub(super) struct OuterPart<'a> {
     pub at: At<'a>,
     pub shape: Shape<'a>,
     pub local: &'a Local,
@@ -47,7 +47,7 @@ struct Factors<L, const K: usize> {
     right: [Packed<L>; K],
 }
 
-impl Elements for Outer<'_> {
+impl Elements for OuterPart<'_> {
     #[inline(always)]
     fn add<S: Simd>(&self, simd: S, elements: &[u32], rows: &mut Rows<'_>) {
         if self.second_order {
@@ -58,7 +58,7 @@ impl Elements for Outer<'_> {
     }
 }
 
-impl Outer<'_> {
+impl OuterPart<'_> {
     #[inline(always)]
     fn add_all<S: Simd, const K: usize>(&self, simd: S, elements: &[u32], rows: &mut Rows<'_>) {
         let zero = Packed([simd.splat(0.0); 2], 0.0);

@@ -14,12 +14,12 @@ type Columns<L> = [Lanes3<L>; 3];
 /// Inner part of the triangles. The corners are taken in ascending order, as the matrix stores
 /// them; where that turns a triangle over, its normal and its edges change sign together, and all
 /// expressions stay.
-pub(super) struct Inner<'a> {
+pub(super) struct InnerPart<'a> {
     pub at: At<'a>,
     pub shape: Shape<'a>,
 }
 
-impl Elements for Inner<'_> {
+impl Elements for InnerPart<'_> {
     #[inline(always)]
     fn add<S: Simd>(&self, simd: S, elements: &[u32], rows: &mut Rows<'_>) {
         for four in elements.chunks(LANES) {
@@ -44,13 +44,13 @@ impl Elements for Inner<'_> {
     }
 }
 
-/// The pairs of corners, in the order of [`Inner::blocks`].
+/// The pairs of corners, in the order of [`InnerPart::blocks`].
 const PAIRS: [(usize, usize); 6] = [(0, 1), (0, 2), (1, 2), (0, 0), (1, 1), (2, 2)];
 
 /// Columns of ∂n/∂x_m and ∂Q/∂x_m of the corner m, with the edge e opposite of it and h, the difference of the
 /// derivatives at the other corners.
 #[inline(always)]
-fn by_corner<S: Simd>(
+fn corner_derivatives<S: Simd>(
     simd: S,
     (n, inverse): (Lanes3<S::Lanes>, S::Lanes),
     (e, h): (Lanes3<S::Lanes>, Lanes3<S::Lanes>),
@@ -75,7 +75,7 @@ fn by_corner<S: Simd>(
 /// Adds the derivatives of the angle terms γ e by the edges, `∂(γ e)/∂e = γ (1 - 2 e eᵀ/|e|²)`, to the blocks of the
 /// corner pairs (0, 1), (0, 2) and (1, 2).
 #[inline(always)]
-fn add_by_edges<S: Simd>(
+fn add_angle_terms<S: Simd>(
     simd: S,
     n: Lanes3<S::Lanes>,
     e: &[Lanes3<S::Lanes>; 3],
@@ -94,7 +94,7 @@ fn add_by_edges<S: Simd>(
     }
 }
 
-impl Inner<'_> {
+impl InnerPart<'_> {
     #[inline(always)]
     fn blocks<S: Simd>(
         &self,
@@ -118,13 +118,13 @@ impl Inner<'_> {
         let mut q = w + n.scale(by_area);
         if let Some(curved) = &self.at.curved {
             let sum = corner_sum(simd, &curved.work.by_normal, &vertex);
-            q = q + sum.scale(simd.load(self.half_turned(element, &vertex)));
+            q = q + sum.scale(simd.load(self.half_orientation(element, &vertex)));
         }
         let slope = by_area - along * inverse;
         // Columns of ∂n/∂x_m = P [e_m]×/2A and of ∂Q/∂x_m, for m = 1 and 2; those of all three
         // corners add up to nothing. 2A grows by (n × e_m)·δ, and P [a]× = [a]× - n (n × a)ᵀ.
         let [(turn_b, change_b), (turn_c, change_c)] =
-            [1, 2].map(|m| by_corner(simd, (n, inverse), (e[m], h[m]), (v, w, slope)));
+            [1, 2].map(|m| corner_derivatives(simd, (n, inverse), (e[m], h[m]), (v, w, slope)));
         let (turn, change) = ([turn_b, turn_c], [change_b, change_c]);
         let zero = [Lanes3 { x: inverse, y: inverse, z: inverse }; 3];
         let mut turned = h;
@@ -150,7 +150,7 @@ impl Inner<'_> {
         }
         if let Some(gamma) = gamma {
             // … and with the edges.
-            add_by_edges(simd, n, &e, &gamma, [&mut ab, &mut ac, &mut bc]);
+            add_angle_terms(simd, n, &e, &gamma, [&mut ab, &mut ac, &mut bc]);
         }
         // Moving the triangle as a whole changes no force.
         let [ba, ca, cb] = [transposed(ab), transposed(ac), transposed(bc)];
@@ -160,7 +160,7 @@ impl Inner<'_> {
     /// ½ for triangles whose corners in ascending order go round as they do in the sheet, else -½: derivatives by area
     /// vectors change sign with these.
     #[inline(always)]
-    fn half_turned(&self, element: [u32; LANES], vertex: &[[u32; LANES]; 3]) -> [f64; LANES] {
+    fn half_orientation(&self, element: [u32; LANES], vertex: &[[u32; LANES]; 3]) -> [f64; LANES] {
         let mut half = [0.5; LANES];
         for lane in 0..LANES {
             let [a, b, c] = self.shape.sheet.triangles()[element[lane] as usize];

@@ -19,10 +19,10 @@ use super::{EffectContext, EffectError, Field, Values};
 use crate::kinetics::Location;
 use crate::num::checked::{NonNegative, Positive};
 
-/// Parameters of a flow in a scene.
+/// The rule by which rest values flow, as a scene gives it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct FlowSpec {
+pub struct FlowRule {
     /// The relaxation time τ.
     pub time: Field<Positive>,
     /// The yield point y; 0 without it.
@@ -36,7 +36,7 @@ pub(super) struct Keys {
     pub(super) threshold: &'static str,
 }
 
-impl FlowSpec {
+impl FlowRule {
     /// The files that it reads.
     pub(super) fn files(&self, [time, threshold]: [&'static str; 2]) -> Vec<(&'static str, &Path)> {
         named([

@@ -5,14 +5,14 @@ use super::barrier::Barrier;
 
 /// An energy per area of the distance: C² and zero from a reach on.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Law {
+pub(super) enum DistancePotential {
     /// Keeps them apart.
     Barrier(Barrier),
     /// Holds them together.
     Well(Well),
 }
 
-impl Law {
+impl DistancePotential {
     /// The distance from which on it is zero.
     pub(super) fn reach(&self) -> f64 {
         match self {

@@ -67,7 +67,7 @@ impl EffectSpec for DirectedGrowth {
         if !across.is_finite() {
             return refuse(format!("the exponent is {across}"), "a finite number");
         }
-        let cos_squared = self.fibre.along_edges(context)?;
+        let cos_squared = self.fibre.cos_squared_of_edges(context)?;
         let direction = DirectedLengthFactor { cos_squared, across };
         Ok(Effect { direction: Some(direction), ..Effect::default() })
     }
