@@ -39,7 +39,7 @@ use crate::problem::smallest_angle;
 
 const GAMMA: f64 = 1.0 - FRAC_1_SQRT_2;
 /// Least share of a triangle's area that a step must leave.
-const AREA_SHARE: f64 = 0.5;
+const MIN_AREA_SHARE: f64 = 0.5;
 /// Energy differences below this share of the energy are round-off.
 const ROUND_OFF: f64 = 1e-12;
 /// Steps below this share of the first one lead nowhere.
@@ -109,7 +109,7 @@ pub fn follow(
         let e = mechanics.energy_gradient(&trial, &mut trial_gradient);
         work.evaluations += 2;
         let descends = e <= energy + ROUND_OFF * energy.abs();
-        let accepted = error <= 1.0 && descends && mechanics.allows(x, &trial, AREA_SHARE);
+        let accepted = error <= 1.0 && descends && mechanics.allows(x, &trial, MIN_AREA_SHARE);
         if accepted {
             x.copy_from_slice(&trial);
             std::mem::swap(&mut gradient, &mut trial_gradient);

@@ -6,7 +6,7 @@ use clap::parser::ValueSource;
 use clap::{Args, CommandFactory};
 
 use super::sweep::HowArgs;
-use super::sweep::begin::{Runs, made_by};
+use super::sweep::begin::{Runs, configure_members};
 use super::{Cli, SceneArgs, absolute, warn};
 use crate::kinetics::PluginSearch;
 use crate::num::Short;
@@ -112,7 +112,7 @@ pub(super) fn run(args: &AccuracyArgs) -> Result<()> {
     let (study, mut plan) = Study::plan(&scene.scene, &scene.overrides, others, &search, &options)?;
     plan.level = args.level;
     plan.repeats = args.repeats.unwrap_or(DEFAULT_REPEATS);
-    made_by(&mut plan, scene)?;
+    configure_members(&mut plan, scene)?;
     let check = |plan: &Plan| match &args.references_from {
         Some(other) => study.check_import(plan, &absolute(other)?),
         None => Ok(()),

@@ -59,7 +59,7 @@ fn faulty_tables_and_descriptors_are_refused() {
         ("null_name", &["NAME={NULL,9}"], "name: the text is null"),
         ("long_name", &["NAME={(const uint8_t*)\"x\",(size_t)-5}"], "bytes long; expected at most"),
         ("utf8", &["NAME=RUMPLE_STR(\"\\xff\\xfe\")"], "name: the text is not UTF-8"),
-        ("no_species", &["SPECIES_COUNT=0"], "species: there are none"),
+        ("zero_species", &["SPECIES_COUNT=0"], "species: there are none"),
         ("count", &["SPECIES_COUNT=4000000000u"], "species: there are 4000000000"),
         ("null_species", &["SPECIES=NULL"], "species: the array is null"),
         ("stride", &["SPECIES_STRIDE=8"], "species: elements are 8 bytes apart"),

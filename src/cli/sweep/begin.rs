@@ -14,14 +14,14 @@ pub(super) fn run(args: &PlanArgs) -> Result<()> {
     let scene = &args.scene;
     let mut plan = Plan::new(&scene.scene, &scene.overrides, axes(args)?)?;
     plan.level = args.level;
-    made_by(&mut plan, scene)?;
+    configure_members(&mut plan, scene)?;
     let (how, check, prepare) = (&args.how, &|_: &Plan| Ok(()), &|_: &Path| Ok(()));
     let gather = &|plan: &Plan, root: &Path| gathered(plan, root, how.quiet, true);
     Runs { command: "sweep", how, jobs: None, check, prepare, gather }.on(plan)
 }
 
 /// Gives members what the command line says of threads and plugins.
-pub(in crate::cli) fn made_by(plan: &mut Plan, scene: &SceneArgs) -> Result<()> {
+pub(in crate::cli) fn configure_members(plan: &mut Plan, scene: &SceneArgs) -> Result<()> {
     // Refused here where plugins cannot be isolated.
     crate::cli::isolation(scene.isolate, scene.plugin_limit)?;
     plan.isolate = scene.isolate;

@@ -62,7 +62,7 @@ impl Potential {
         let force_scale = 0.0;
         let (anchor, hold) = (None, None);
         let (internal, stale) = (Vec::new(), false);
-        let species = conditions::no_species(&mechanics);
+        let species = conditions::zero_species(&mechanics);
         let mut made = Self {
             mechanics,
             metric,

@@ -22,7 +22,7 @@ pub struct Timing {
 }
 
 /// Steps that take longer than this are made once, s.
-const LONG_STEP: f64 = 3.0;
+const LONG_RUN: f64 = 3.0;
 
 impl Timing {
     /// Returns the times of the run of `scene` with `summary`, and of `repeats` - 1 more where that was short.
@@ -38,7 +38,7 @@ impl Timing {
         let Summary { spent, start, .. } = *summary;
         let first = (spent - start).cpu_seconds;
         let mut timing = Self { start: start.cpu_seconds, steps: vec![first] };
-        if first < LONG_STEP {
+        if first < LONG_RUN {
             for _ in 1..repeats {
                 timing.steps.push(again(scene, search, summary.time)?);
             }

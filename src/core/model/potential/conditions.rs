@@ -7,7 +7,7 @@ use crate::geometry::{Conditions, Shape};
 use crate::model::counters::energy;
 
 /// Zeros for the species that energies read.
-pub(super) fn no_species(mechanics: &Mechanics) -> Vec<Vec<f64>> {
+pub(super) fn zero_species(mechanics: &Mechanics) -> Vec<Vec<f64>> {
     let read = mechanics.species();
     let count = read.iter().max().map_or(0, |last| last + 1);
     let vertices = |s: usize| if read.contains(&s) { mechanics.sheet().vertex_count() } else { 0 };

@@ -36,7 +36,7 @@ const MAX_STEPS: usize = 100_000;
 const REJECTION_CHECK_STEPS: u64 = 30_000;
 const CHATTER_RATIO: u64 = 2;
 /// A step below this share of the interval gives up.
-const SHORTEST_STEP: f64 = 1e-12;
+const MIN_STEP_SHARE: f64 = 1e-12;
 /// The spectral bound is raised by this factor against its change within a step.
 const SPECTRAL_MARGIN: f64 = 1.1;
 
@@ -64,7 +64,7 @@ pub struct Chebyshev {
 
 impl Chebyshev {
     /// Sums errors by `reduction`, with so many unknowns `per_point`, one point after the other.
-    pub(crate) fn sum_over(&mut self, reduction: &Reduction, per_point: usize) {
+    pub(crate) fn set_error_norm(&mut self, reduction: &Reduction, per_point: usize) {
         self.over = (reduction.clone(), per_point);
     }
 
@@ -101,7 +101,8 @@ impl Chebyshev {
         if until <= from {
             return Ok(());
         }
-        let (bound, longest) = stability(bound).ok_or(SolveError::SpectralBound { time: from })?;
+        let (bound, longest) =
+            stability_limits(bound).ok_or(SolveError::SpectralBound { time: from })?;
         let shortest = shortest_step(from, until);
         let mut t = from;
         let mut step = until - from;
@@ -115,7 +116,7 @@ impl Chebyshev {
                 && done.rejected_substeps >= done.substeps / CHATTER_RATIO
             {
                 return Err(inadmissible(t, refused)
-                    .unwrap_or_else(|| self.chatters(t, step, &done, tolerance)));
+                    .unwrap_or_else(|| self.unresolved(t, step, &done, tolerance)));
             }
             step = step.min(longest);
             let last = t + step >= until - shortest;
@@ -212,7 +213,13 @@ impl Chebyshev {
     }
 
     /// What to say of steps of some `length` that get nowhere at time t: whose rate changed most in the last one.
-    fn chatters(&self, t: f64, length: f64, done: &Work, tolerance: &Tolerance<'_>) -> SolveError {
+    fn unresolved(
+        &self,
+        t: f64,
+        length: f64,
+        done: &Work,
+        tolerance: &Tolerance<'_>,
+    ) -> SolveError {
         let jump = |i: usize| (self.f[i] - self.f0[i]).abs() / tolerance.absolute[i];
         let most = (0..self.f.len()).max_by(|a, b| jump(*a).total_cmp(&jump(*b))).unwrap_or(0);
         SolveError::Unresolved {
@@ -241,7 +248,7 @@ impl Chebyshev {
 }
 
 /// The spectral radius that steps are made for where `bound` is one, with a margin, and the longest stable step.
-fn stability(bound: f64) -> Option<(f64, f64)> {
+fn stability_limits(bound: f64) -> Option<(f64, f64)> {
     let bound = SPECTRAL_MARGIN * bound;
     let longest = if bound > 0.0 { stable_interval(MAX_STAGES) / bound } else { f64::INFINITY };
     bound.is_finite().then_some((bound, longest))
@@ -265,7 +272,7 @@ fn inadmissible(time: f64, cause: Option<SolveError>) -> Option<SolveError> {
 /// The shortest step, so that none is lost in the rounding of the time either.
 fn shortest_step(from: f64, until: f64) -> f64 {
     let rounding = 4.0 * f64::EPSILON * from.abs().max(until.abs());
-    (SHORTEST_STEP * (until - from)).max(rounding)
+    (MIN_STEP_SHARE * (until - from)).max(rounding)
 }
 
 /// Factor of the length of a step after one rejected with this error.

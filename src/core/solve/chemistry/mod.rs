@@ -221,7 +221,7 @@ impl ChemistrySteps {
                     Ok(coupled.residual(t, y, out)?)
                 };
                 let span = (state.time, until);
-                self.chebyshev.sum_over(workspace.reduction(), state.species.len());
+                self.chebyshev.set_error_norm(workspace.reduction(), state.species.len());
                 let before = self.chebyshev.work();
                 let done =
                     self.chebyshev.integrate(span.0, span.1, &mut y, &tolerance, bound, rate);

@@ -35,7 +35,7 @@ use super::{Block, Continuation, CriticalMode, Event, Point, SolveError, Unknown
 /// An eigenvalue below this share of its change over the step is 0: that is the error of λ in units of the step.
 const ZERO_EIGENVALUE_SHARE: f64 = 1e-5;
 /// What stays above this share has no zero: it jumps, or goes through infinity.
-const NO_ZERO: f64 = 1e-3;
+const MAX_ZERO_RESIDUAL: f64 = 1e-3;
 /// Bifurcations nearer to one another than this share of a step are one; and an eigenvalue of H below this share of its change
 /// is 0 where ∂g/∂u is singular.
 const COINCIDENCE_SHARE: f64 = 1e-3;
@@ -94,12 +94,12 @@ impl<S: System> Continuation<S> {
             for (modes, at) in ends.iter_mut().zip([&mut first, &mut *last]) {
                 *modes = self.modes(at, block, high)?;
             }
-            for (number, own) in located(from, to) {
+            for (number, own) in eigenvalues_to_locate(from, to) {
                 let [Some(start), Some(end)] = [0, 1].map(|k: usize| ends[k].get(number)) else {
                     continue;
                 };
                 let sought = Sought { block, number, own, ends: [start.clone(), end.clone()] };
-                let Some(point) = self.change(step, [&mut first, &mut *last], &sought)? else {
+                let Some(point) = self.locate(step, [&mut first, &mut *last], &sought)? else {
                     continue;
                 };
                 add(&mut all, point, COINCIDENCE_SHARE * step.length);
@@ -109,7 +109,7 @@ impl<S: System> Continuation<S> {
     }
 
     /// The point of what is sought, if it is found.
-    fn change(
+    fn locate(
         &mut self,
         step: &Step<'_>,
         ends: [&mut Equilibrium<S::Member>; 2],
@@ -156,7 +156,8 @@ impl<S: System> Continuation<S> {
             ZERO_EIGENVALUE_SHARE,
             &mut evaluate,
         )?;
-        let Some((_, (mut at, null))) = found.filter(|(left, _)| left.abs() <= NO_ZERO) else {
+        let Some((_, (mut at, null))) = found.filter(|(left, _)| left.abs() <= MAX_ZERO_RESIDUAL)
+        else {
             return Ok(None);
         };
         let of_shape = self.null_vectors_of_shape(&mut at, sought, null)?;
@@ -206,7 +207,8 @@ impl<S: System> Continuation<S> {
             Ok::<_, S::Error>(value.map(|value| (value, (at, modes))))
         };
         let found = zero(step.length, values, ZERO_EIGENVALUE_SHARE, &mut evaluate)?;
-        let Some((_, (mut at, modes))) = found.filter(|(left, _)| left.abs() <= NO_ZERO) else {
+        let Some((_, (mut at, modes))) = found.filter(|(left, _)| left.abs() <= MAX_ZERO_RESIDUAL)
+        else {
             return Ok(None);
         };
         let regular = match block {
@@ -224,7 +226,7 @@ type Located<S> = (Equilibrium<<S as System>::Member>, Event);
 
 /// The numbers of the eigenvalues that are located where `from` of them are negative before a step and `to` after, and for each
 /// the numbers of the modes of its point.
-fn located(from: usize, to: usize) -> Vec<(usize, Range<usize>)> {
+fn eigenvalues_to_locate(from: usize, to: usize) -> Vec<(usize, Range<usize>)> {
     let (low, high) = (from.min(to), from.max(to));
     match high - low {
         ..=MAX_LOCATED => (low..high).map(|k| (k, k..k + 1)).collect(),

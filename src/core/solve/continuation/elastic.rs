@@ -14,7 +14,7 @@ use crate::solve::{Control, SolveError};
 use crate::tally::Tally;
 
 /// No triangle's area may fall below this share in one correction.
-const AREA_SHARE: f64 = 0.1;
+const MIN_AREA_SHARE: f64 = 0.1;
 
 /// The equilibria of a family of potentials.
 pub struct Elastic<F: Family> {
@@ -115,7 +115,7 @@ impl<F: Family> System for Elastic<F> {
     }
 
     fn allows(&self, at: &Equilibrium<Potential>, next: &Unknowns) -> bool {
-        at.member.keeps_triangles(&at.at.x, &next.x, AREA_SHARE, 0.0)
+        at.member.keeps_triangles(&at.at.x, &next.x, MIN_AREA_SHARE, 0.0)
     }
 
     fn tally(&self) -> &Tally {

@@ -41,7 +41,7 @@ use crate::solve::{Control, SolveError};
 use crate::tally::Tally;
 
 /// No triangle's area may fall below this share in one correction.
-const AREA_SHARE: f64 = 0.1;
+const MIN_AREA_SHARE: f64 = 0.1;
 /// How far a species may leave its valid range in a correction, relative to its size and typical magnitude.
 const RANGE_SLACK: f64 = 0.1;
 /// Refinements of a solution with a border.
@@ -355,7 +355,7 @@ impl<F: ReactingFamily> System for Reacting<F> {
         let mut evaluation = model.at(&here, &mut memory);
         !model.moves()
             || evaluation.potential().is_ok_and(|potential| {
-                potential.keeps_triangles(&at.at.x, &next.x, AREA_SHARE, 0.0)
+                potential.keeps_triangles(&at.at.x, &next.x, MIN_AREA_SHARE, 0.0)
             })
     }
 

@@ -11,7 +11,7 @@ use crate::model::Potential;
 use crate::solve::SolveError;
 
 /// No triangle's area may fall below this share at once.
-pub(in crate::solve) const AREA_SHARE: f64 = 0.4;
+pub(in crate::solve) const MIN_AREA_SHARE: f64 = 0.4;
 /// Most parts, and smallest part of the whole way that is tried.
 const PART_LIMITS: (usize, f64) = (400, 1e-4);
 /// How well the sheet is relaxed in between, and by how many iterations at most.
@@ -44,7 +44,7 @@ pub(in crate::solve) fn load_incrementally(
         loop {
             next.copy_from_slice(x);
             place(&mut next, gone + part);
-            if part < PART_LIMITS.1 || potential.allows(x, &next, AREA_SHARE) {
+            if part < PART_LIMITS.1 || potential.allows(x, &next, MIN_AREA_SHARE) {
                 break;
             }
             part *= 0.5;

@@ -140,7 +140,7 @@ impl Motion<'_> {
         self.velocity.fill(Vec3::zeros());
     }
 
-    fn go_downhill(&mut self) {
+    fn record_downhill(&mut self) {
         self.downhill += 1;
         if self.downhill > GROWTH_DELAY {
             self.step = (STEP_GROWTH * self.step).min(MAX_STEP);
@@ -188,7 +188,7 @@ impl Equilibrium for Fire {
             if potential.reduction().dot(&at.gradient, &at.velocity) >= 0.0 {
                 at.turn_back(potential, done.iterations == 0);
             } else {
-                at.go_downhill();
+                at.record_downhill();
             }
             // A move that would collapse a triangle is made shorter, from rest.
             while !at.accelerate(potential) {

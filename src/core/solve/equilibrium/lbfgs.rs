@@ -11,20 +11,20 @@
 //! References: Nocedal & Wright, Numerical Optimization (2006), algorithm 7.4; approximate descent
 //! test near round-off after Hager & Zhang, SIAM J. Optim. 16 (2005), doi:10.1137/030601880.
 
+mod checkpoint;
 mod collapse;
 mod iteration;
 mod newton_fallback;
 mod progress;
 mod rollback;
 mod spec;
-mod stored;
 
 use std::sync::Arc;
 
 pub use spec::{Collapse, LbfgsSpec};
 
+use checkpoint::FactorSettings;
 use rollback::RollbackSnapshot;
-use stored::FactorSettings;
 
 use super::super::counters::Linear;
 use super::gauge::Gauge;

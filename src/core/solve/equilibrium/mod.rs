@@ -17,7 +17,7 @@ mod stop;
 
 pub use constrained::{CONSTRAINT_TOLERANCE, relax};
 pub use descent::{Descent, DescentSpec};
-pub(super) use displacement_loading::{AREA_SHARE, load_incrementally};
+pub(super) use displacement_loading::{MIN_AREA_SHARE, load_incrementally};
 pub use fire::{Fire, FireSpec};
 pub(in crate::solve) use gauge::Gauge;
 pub use lbfgs::{Collapse, Lbfgs, LbfgsSpec};

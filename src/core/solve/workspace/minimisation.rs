@@ -242,7 +242,7 @@ fn start_from(
 ) {
     let Some(mut guess) = guess else { return };
     potential.mechanics().keep_pins(pinned, &mut guess);
-    if potential.allows(x, &guess, equilibrium::AREA_SHARE)
+    if potential.allows(x, &guess, equilibrium::MIN_AREA_SHARE)
         && potential.energy(&guess) < potential.energy(x)
     {
         *x = guess;

@@ -11,7 +11,7 @@ use crate::solve::SolveError;
 impl Lbfgs {
     /// Deals with the collapsed triangles at the vertex where the force is largest: holds them, or
     /// is an error; `false` if there are none.
-    pub(super) fn collapse(
+    pub(super) fn handle_collapsed(
         &mut self,
         potential: &Potential,
         x: &[Vec3],

@@ -335,7 +335,7 @@ impl Lbfgs {
             // Which triangle collapses is not agreed on between ranks.
             return Ok(false);
         }
-        let collapses = self.collapse(potential, x, &at.gradient, &mut at.done)?;
+        let collapses = self.handle_collapsed(potential, x, &at.gradient, &mut at.done)?;
         if collapses {
             at.energy = self.evaluate(potential, x, &mut at.gradient);
         }
