@@ -40,7 +40,8 @@ const FORCE_FACTOR: f64 = 0.1;
 const ITERATION_BUDGET: u64 = 10;
 /// Most sub-steps of a flow, rejected ones included.
 const MAX_SUB_STEPS: usize = 300;
-/// Shortest sub-step of a flow, in the same unit, and longest, in that of the whole step: the motion has died down then.
+/// Shortest sub-step of a flow, in units of the step before it, and longest, in units of the whole step: the motion has died
+/// down then.
 const SHORTEST_SUB_STEP: f64 = 1e-9;
 const LONGEST_SUB_STEP: f64 = 1e6;
 /// A minimisation is tried where the motion has died down in a sub-step at least as long as the step before, which moves no
