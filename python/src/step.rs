@@ -20,8 +20,10 @@ pub(crate) struct Step {
     residual: f64,
     /// Rejected step attempts.
     rejected: u64,
-    /// Jumps from one branch of equilibria to another.
-    jumps: usize,
+    /// Work that the drag took up, energy.
+    dissipated: f64,
+    /// Snaps that ended.
+    snaps: usize,
 }
 
 impl Step {
@@ -35,7 +37,8 @@ impl Step {
             iterations: report.relaxation.iterations,
             residual: report.relaxation.residual,
             rejected: report.work.rejected,
-            jumps: report.relaxation.jumps,
+            dissipated: report.relaxation.dissipated,
+            snaps: report.relaxation.snaps,
         }
     }
 }

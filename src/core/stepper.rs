@@ -7,7 +7,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::VertexArea;
-use crate::model::{Evaluation, Model, State};
+use crate::model::{Evaluation, Model, Start, State};
 use crate::record::{Malformed, Record};
 use crate::solve::equilibrium::Relaxation;
 use crate::solve::{Integrator, Result, SolveError, StepReport, Workspace, chemistry};
@@ -22,6 +22,8 @@ pub struct Stepper {
     pub state: State,
     /// How it advances in time.
     pub integrator: Box<dyn Integrator>,
+    /// What the shape of the first state is.
+    pub start: Start,
     /// The areas of vertices: one rule for forces and signals.
     pub area: VertexArea,
     /// Times at which steps end.
@@ -86,7 +88,13 @@ impl Stepper {
         let separated = self.check_start()?;
         self.hold();
         self.find_breakpoints();
-        let done = self.integrator.prepare(&mut self.workspace, &mut self.state)?;
+        let Self { workspace, state, integrator, .. } = self;
+        let mut done = match self.start {
+            Start::Equilibrium => workspace.settle_shape(state)?,
+            Start::Given => workspace.take_shape(state)?,
+        };
+        integrator.prepare(workspace, state)?;
+        done.residual = workspace.reported_residual(state)?;
         Ok(Relaxation { separated, ..done })
     }
 

@@ -1,9 +1,9 @@
 //! The events of a run: a line for everything that happened rather than went on.
 //!
 //! ```text
-//! time,step,kind,smallest eigenvalue [force/length^3],negative directions,energy released [energy],modes
-//! 1.25,37,loss of stability,-3.1e-5,1,,modes/mode_000000.vtu
-//! 1.5,41,snap,,,0.32,
+//! time,step,kind,smallest eigenvalue [force/length^3],negative directions,energy released [energy],vertex,x [length],y [length],z [length],modes
+//! 1.25,37,loss of stability,-3.1e-5,1,,,,,,modes/mode_000000.vtu
+//! 1.5,41,snap,,,0.32,118,3.1,-0.2,1.4,
 //! ```
 
 use std::fs::{File, OpenOptions};
@@ -14,7 +14,7 @@ use super::encode::decimal;
 use super::{OutputError, atomic};
 
 const HEADER: &str = "time,step,kind,smallest eigenvalue [force/length^3],negative directions,\
-                      energy released [energy],modes\n";
+                      energy released [energy],vertex,x [length],y [length],z [length],modes\n";
 
 /// Something that happened; what does not apply is none.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -31,6 +31,8 @@ pub struct Event<'a> {
     pub negative: Option<usize>,
     /// Energy that it released.
     pub released: Option<f64>,
+    /// The vertex that moved most, and where it came to.
+    pub place: Option<(usize, [f64; 3])>,
     /// The file with the modes, from the result directory; empty without one.
     pub modes: &'a str,
 }
@@ -100,12 +102,16 @@ impl Events {
     /// # Errors
     /// [`OutputError::Write`] if the disk is full or refuses.
     pub fn append(&mut self, event: &Event<'_>) -> Result<(), OutputError> {
-        let Event { time, step, kind, eigenvalue, negative, released, modes } = event;
+        let Event { time, step, kind, eigenvalue, negative, released, place, modes } = event;
         let number = |value: Option<f64>| value.map(decimal).unwrap_or_default();
         let (time, eigenvalue, released) = (decimal(*time), number(*eigenvalue), number(*released));
         let negative = negative.map(|n| n.to_string()).unwrap_or_default();
         self.begin()?;
-        self.write(&format!("{time},{step},{kind},{eigenvalue},{negative},{released},{modes}\n"))?;
+        let [x, y, z] = [0, 1, 2].map(|a| number(place.map(|(_, x)| x[a])));
+        let vertex = place.map_or_else(String::new, |(vertex, _)| vertex.to_string());
+        self.write(&format!(
+            "{time},{step},{kind},{eigenvalue},{negative},{released},{vertex},{x},{y},{z},{modes}\n"
+        ))?;
         self.count += 1;
         Ok(())
     }

@@ -40,20 +40,21 @@ impl RunEvents {
         Ok(Self { events, monitor, negative: None })
     }
 
-    /// Writes an event for a step in which the shape jumped from one branch of equilibria to another.
+    /// Writes an event for a step in which a snap ended, with the vertex that moved most in it.
     ///
     /// # Errors
     /// A file that cannot be written.
     pub(super) fn note_snap(&mut self, simulation: &Simulation, report: &StepReport) -> Result<()> {
         let done = &report.relaxation;
-        if done.jumps > 0 {
-            let (time, step) = (simulation.stepper.state.time, simulation.stepper.state.step);
-            let released = Some(done.released);
+        if done.snaps > 0 {
+            let state = &simulation.stepper.state;
+            let place = done.snapped.map(|vertex| (vertex, state.x[vertex]));
             self.events.append(&Event {
-                time,
-                step,
+                time: state.time,
+                step: state.step,
                 kind: "snap",
-                released,
+                released: Some(done.released),
+                place: place.map(|(vertex, x)| (vertex, [x.x, x.y, x.z])),
                 ..Event::default()
             })?;
         }

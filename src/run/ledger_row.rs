@@ -43,11 +43,13 @@ fn is_point(model: &Model) -> bool {
     model.sheet().triangles().is_empty()
 }
 
-/// Titles of the columns of jumps.
-const JUMP_TITLES: [&str; 2] = ["jumps", "energy released by jumps [energy]"];
+/// Title of the column of the work that the drag takes up.
+const DRAG_TITLE: &str = "work of the drag [energy]";
+/// Titles of the columns of a quasi-static shape.
+const SNAP_TITLES: [&str; 2] = ["snaps", "energy released by snaps [energy]"];
 
-/// Whether the shape is in equilibrium at every time, and may jump from one to another.
-fn jumps(model: &Model) -> bool {
+/// Whether the shape is in equilibrium at every time, and may snap from one to another.
+fn snaps(model: &Model) -> bool {
     model.moves() && model.storage().mechanics == 0.0
 }
 
@@ -82,8 +84,9 @@ pub(super) fn columns(model: &Model, watched: bool, invariants: &[String]) -> Ve
     }
     all.push("total energy [energy]".to_owned());
     all.extend(work.chain(["force residual".to_owned()]));
-    if jumps(model) {
-        all.extend(JUMP_TITLES.map(str::to_owned));
+    all.push(DRAG_TITLE.to_owned());
+    if snaps(model) {
+        all.extend(SNAP_TITLES.map(str::to_owned));
     }
     if watched {
         all.push("negative directions".to_owned());
@@ -203,8 +206,9 @@ pub(super) fn row(
     row.push(energies.iter().sum());
     row.extend(work);
     row.push(report.relaxation.residual);
-    if jumps(model) {
-        row.extend([real(report.relaxation.jumps), report.relaxation.released]);
+    row.push(report.relaxation.dissipated);
+    if snaps(model) {
+        row.extend([real(report.relaxation.snaps), report.relaxation.released]);
     }
     row.extend(negative);
     shape.update(model, &state.x);

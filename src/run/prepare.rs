@@ -258,6 +258,8 @@ fn problem<'a>(
         .law(law)
         .policy(scene.time.policy)
         .drag(drag)
+        .stabilisation(scene.time.span.stabilisation.map(f64::from))
+        .start(scene.time.start())
         .until(scene.time.span.until.get())
         .with_solvers(&*scene.time.integrator, &*scene.equilibrium))
 }

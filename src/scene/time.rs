@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::model::Policy;
-use crate::num::checked::{AtLeast, Positive};
+use crate::model::{Policy, Start};
+use crate::num::checked::{AtLeast, NonNegative, Positive};
 use crate::solve::{
     DEFAULT_INTEGRATOR, IntegratorSpec, POINT_INTEGRATOR, POINT_TOLERANCE,
     STEADY_CHEMISTRY_INTEGRATOR,
@@ -28,6 +28,14 @@ pub struct TimeSpec {
     pub(crate) integrator: Box<dyn IntegratorSpec>,
 }
 
+impl TimeSpec {
+    /// What the shape of the first state is.
+    #[must_use]
+    pub fn start(&self) -> Start {
+        self.span.start.unwrap_or(self.policy.start())
+    }
+}
+
 /// Where to begin, and when to stop.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -38,6 +46,14 @@ pub struct Span {
     pub from: Option<PathBuf>,
     /// Time of the last state, from 0.
     pub until: Positive,
+    /// The shape of the first state: the equilibrium that the motion under drag leads to from the shape of the scene
+    /// (the default under quasi-static), or that shape as it is given (under the other policies).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start: Option<Start>,
+    /// Strength of the small drag that stabilises a quasi-static shape, relative to rtol times the stretching stiffness times
+    /// the time of the chemistry; 0 for one relaxation a step without drag.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stabilisation: Option<NonNegative>,
     /// Stop when the rates fall below this.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stop_when_steady: Option<Positive>,

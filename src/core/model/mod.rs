@@ -39,7 +39,7 @@ pub use error::ModelError;
 pub use evaluation::{Evaluation, Memory};
 pub use mechanics::{Mechanics, MechanicsParts};
 pub use parameters::ParameterFields;
-pub use policy::{Policy, Storage};
+pub use policy::{Policy, Stabilisation, Start, Storage};
 pub use potential::Potential;
 pub use proximal_term::Anchor;
 pub use rigid::{Motion, free_motions};

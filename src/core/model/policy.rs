@@ -59,3 +59,45 @@ impl Policy {
         Storage { mechanics, chemistry }
     }
 }
+
+/// What the shape of the first state is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Start {
+    /// The stable equilibrium that the overdamped motion leads to from the shape of the scene, with the species as they are
+    /// at first.
+    Equilibrium,
+    /// The shape of the scene: the initial condition of a differential equation.
+    Given,
+}
+
+impl Policy {
+    /// The start of a scene that gives none.
+    #[must_use]
+    pub fn start(self) -> Start {
+        match self {
+            Self::QuasiStatic => Start::Equilibrium,
+            Self::Simultaneous | Self::ChemistryFast => Start::Given,
+        }
+    }
+}
+
+/// Automatic stabilisation of a quasi-static shape: the strength of a small drag.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stabilisation {
+    /// V, the drag relative to `rtol Y T`; 0 for one relaxation a step without drag.
+    pub strength: f64,
+    /// The span of the run, the most that T is.
+    pub span: f64,
+}
+
+impl Stabilisation {
+    /// V of a scene that gives none.
+    pub const DEFAULT: f64 = 1e-5;
+}
+
+impl Default for Stabilisation {
+    fn default() -> Self {
+        Self { strength: Self::DEFAULT, span: f64::INFINITY }
+    }
+}

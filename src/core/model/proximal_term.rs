@@ -38,6 +38,17 @@ impl Anchor {
         self.slack * self.weights.least(reduction)
     }
 
+    /// `Σ_i (x_i - a_i) · W_i (x_i - a_i)` without the fixed directions: the work that the drag takes up while free vertices
+    /// move from a to x in a Δt.
+    pub(crate) fn dissipation(&self, mechanics: &Mechanics, x: &[Vec3]) -> f64 {
+        let pins = mechanics.pins();
+        mechanics.sheet().reduction().sum(x.len(), |i| {
+            let mut d = x[i] - self.x[i];
+            (0..3).filter(|a| pins[i][*a]).for_each(|a| d[a] = 0.0);
+            d.dot(&self.weights.apply(i, d))
+        })
+    }
+
     /// Adds W (x - a), its gradient at `x`.
     pub(super) fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
         parallel::update(gradient, |i, g| *g += self.weights.apply(i, x[i] - self.x[i]));

@@ -37,8 +37,8 @@ use crate::effects::{
 use crate::geometry::VertexArea;
 use crate::kinetics::{Kinetics, Location};
 use crate::model::{
-    Chemistry, DragSpec, Mechanics, Model, ParameterFields, Policy, Positions, State,
-    TensionReading,
+    Chemistry, DragSpec, Mechanics, Model, ParameterFields, Policy, Positions,
+    Stabilisation, Start, State, TensionReading,
 };
 use crate::sheet::Sheet;
 use crate::solve::equilibrium::LbfgsSpec;
@@ -115,6 +115,8 @@ pub struct Problem<'a> {
     law: Option<Law>,
     policy: Policy,
     drag: DragSpec,
+    stabilisation: Option<f64>,
+    start: Option<Start>,
     until: f64,
     integrator: Given<'a, dyn IntegratorSpec>,
     equilibrium: Given<'a, dyn EquilibriumSpec>,
@@ -133,6 +135,8 @@ impl<'a> Problem<'a> {
             law: None,
             policy: Policy::default(),
             drag: DragSpec::default(),
+            stabilisation: None,
+            start: None,
             until: 1.0,
             integrator: Given::Own(Box::new(StaggeredSpec::default())),
             equilibrium: Given::Own(Box::new(LbfgsSpec::default())),
@@ -189,6 +193,18 @@ impl<'a> Problem<'a> {
     #[must_use]
     pub fn drag(self, drag: DragSpec) -> Self {
         Self { drag, ..self }
+    }
+
+    /// The strength of the drag that stabilises a quasi-static shape ([`Stabilisation::strength`]); the default for none.
+    #[must_use]
+    pub fn stabilisation(self, stabilisation: impl Into<Option<f64>>) -> Self {
+        Self { stabilisation: stabilisation.into(), ..self }
+    }
+
+    /// What the shape of the first state is; up to the policy for none.
+    #[must_use]
+    pub fn start(self, start: impl Into<Option<Start>>) -> Self {
+        Self { start: start.into(), ..self }
     }
 
     /// The end of the time span: pins that move one vertex to different places within it are refused, and kinks and jumps
@@ -251,8 +267,11 @@ impl<'a> Problem<'a> {
         let integrator = self.built_integrator(model.mechanics(), model.internal())?;
         let effects = self.effects.iter().map(|effect| &**effect as &dyn EffectSpec);
         let breakpoints = Breakpoints::of(effects, &self.sheet, self.until);
-        let workspace = Workspace::new(Arc::new(model), relaxer);
-        Ok(Stepper { workspace, state, integrator, area, breakpoints })
+        let mut workspace = Workspace::new(Arc::new(model), relaxer);
+        let strength = self.stabilisation.unwrap_or(Stabilisation::DEFAULT);
+        workspace.stabilisation = Stabilisation { strength, span: self.until };
+        let start = self.start.unwrap_or(self.policy.start());
+        Ok(Stepper { workspace, state, integrator, start, area, breakpoints })
     }
 
     /// The model alone, without solvers, and its start: the rest shape without any species.

@@ -405,11 +405,6 @@ impl SolveError {
         )
     }
 
-    /// Whether a shorter way of an equilibrium may do without it.
-    pub(super) fn wants_shorter(&self) -> bool {
-        self.is_without_rest() || matches!(self, Self::Obstructed { .. })
-    }
-
     /// As a problem tells its integrator.
     pub(super) fn into_failure(self) -> Failure {
         let recoverable = self.is_recoverable();

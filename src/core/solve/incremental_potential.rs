@@ -25,10 +25,9 @@ use serde::{Deserialize, Serialize};
 
 use super::equilibrium::Relaxation;
 use super::route::Route;
-use super::workspace::Minimisation;
 use super::{Result, Workspace, counters};
 use crate::Vec3;
-use crate::model::{Anchor, State};
+use crate::model::{Anchor, Mechanics, State};
 use crate::parallel;
 use crate::record::Malformed;
 
@@ -76,12 +75,6 @@ pub(super) struct Stepping {
     pub(super) tolerance: f64,
     /// nor those below this share of the largest displacement: however short steps are, together they move the sheet.
     pub(super) relative: f64,
-    /// Radius of the trust region of a stage about its prediction, in mean edges.
-    pub(super) trust: Option<f64>,
-    /// Factor on the force tolerance.
-    pub(super) force_factor: f64,
-    /// Largest distance of a stage to its minimum, in mean edges.
-    pub(super) distance_tolerance: f64,
 }
 
 /// Where a step led.
@@ -111,13 +104,15 @@ struct Last {
     anchor: Anchor,
     /// Velocities at its end.
     velocity: Vec<Vec3>,
+    /// Work of the drag in the stage before it.
+    work_before: f64,
 }
 
 impl Last {
-    fn new(time: f64, span: f64, anchor: Anchor, x: &[Vec3]) -> Self {
+    fn new((time, span): (f64, f64), anchor: Anchor, x: &[Vec3], work_before: f64) -> Self {
         let mut velocity = vec![Vec3::zeros(); x.len()];
         parallel::fill(&mut velocity, |i| (x[i] - anchor.x[i]) / span);
-        Self { time, span, anchor, velocity }
+        Self { time, span, anchor, velocity, work_before }
     }
 }
 
@@ -168,6 +163,7 @@ impl Motion {
             let (first, half) = stage.solve(workspace, pull.clone(), A, None)?;
             done.add(&half);
             let anchor = extrapolated(&from.x, &first.x, (1.0 - A) / A);
+            let before = (1.0 - A) / A * pull.dissipation(workspace.model.mechanics(), &first.x);
             // The smaller of the two results is the anchor moved on by the increment of the first stage.
             let mut coarse = anchor.clone();
             parallel::update(&mut coarse, |i, x| *x += first.x[i] - from.x[i]);
@@ -177,7 +173,7 @@ impl Motion {
                 stage.solve(workspace, pull.clone(), 1.0, Some((&first.x, guess)))?;
             done.add(&half);
             if !stage.rises(workspace, &next)? {
-                self.last = Some(Last::new(until, A * step, pull, &next.x));
+                self.last = Some(Last::new((until, A * step), pull, &next.x, before));
                 return Ok(StepOutcome { x: next.x.into(), coarse, done });
             }
             rough = Some(next.x.into());
@@ -191,8 +187,20 @@ impl Motion {
             let led = velocity.map(|velocity| along(&from.x, velocity, step));
             extrapolated(&next.x, led.as_deref().unwrap_or(&from.x), 0.5)
         });
-        self.last = Some(Last::new(until, step, pull, &next.x));
+        self.last = Some(Last::new((until, step), pull, &next.x, 0.0));
         Ok(StepOutcome { x: next.x.into(), coarse, done })
+    }
+
+    /// Work that the drag has taken up in the step that ended with the shape `x`:
+    ///
+    /// ```text
+    /// ∫ v·γ v dt ≈ Σ_k b_k Δt v_k·γ v_k,      v_k = (x_k - a_k) / (a Δt)
+    /// ```
+    ///
+    /// by the quadrature of the method, b = 1 for Euler, (1-a, a) for sdirk2.
+    pub(super) fn dissipated(&self, mechanics: &Mechanics, x: &[Vec3]) -> f64 {
+        let of = |last: &Last| last.work_before + last.anchor.dissipation(mechanics, x);
+        self.last.as_ref().map_or(0.0, of)
     }
 
     /// Solves the last stage once more for `next`, whose species are no longer those that it was solved
@@ -210,7 +218,8 @@ impl Motion {
         };
         let _scope = counters::part(workspace.model.tally(), counters::MOTION);
         let done = workspace.relax_anchored(next, last.anchor.clone(), None)?;
-        self.last = Some(Last::new(last.time, last.span, last.anchor, &next.x));
+        let Last { time, span, anchor, work_before, .. } = last;
+        self.last = Some(Last::new((time, span), anchor, &next.x, work_before));
         Ok(done)
     }
 }
@@ -263,13 +272,9 @@ impl Stage<'_> {
             None => (self.from.x.as_slice(), self.moved(at)),
         };
         let start = State { x: good.to_vec().into(), ..State::clone(self.from) };
-        let (mut state, held) = self.route.at(self.start + at * self.step, &start);
+        let mut state = self.route.at(self.start + at * self.step, &start);
         workspace.check_way(self.from, &state)?;
-        let Stepping { trust, force_factor, distance_tolerance, .. } = *self.by;
-        let anchor = Some(pull);
-        let minimisation =
-            Minimisation { anchor, guess, trust, force_factor, distance_tolerance, held };
-        let done = workspace.minimise(&mut state, minimisation)?;
+        let done = workspace.relax_anchored(&mut state, pull, guess)?;
         Ok((state, done))
     }
 

@@ -16,7 +16,6 @@ mod internal_variables;
 pub mod linear_solvers;
 mod low_rank;
 pub mod monolithic;
-mod path;
 pub mod rejections;
 mod route;
 pub mod stability;
@@ -25,7 +24,7 @@ mod workspace;
 
 pub use error::{Result, SolveError};
 pub use workspace::{Control, Workspace};
-pub use workspace::{PathObserver, Relaxer};
+pub use workspace::Relaxer;
 
 use crate::model::{Mechanics, State, Storage};
 use crate::num::checked::Positive;
@@ -184,13 +183,12 @@ crate::family!(dyn EquilibriumSpec, "equilibrium method", "method");
 
 /// A way to advance a model.
 pub trait Integrator: Send {
-    /// Makes `state` satisfy the rows without storage, and the shape rest: every run starts from
-    /// mechanical equilibrium.
+    /// Makes the chemistry of `state` steady where it has no storage.
     ///
     /// # Errors
-    /// If the relaxation or the plugin fails.
-    fn prepare(&mut self, workspace: &mut Workspace, state: &mut State) -> Result<Relaxation> {
-        path::first_equilibrium(workspace, state)
+    /// If the plugin fails, or the chemistry comes to no rest.
+    fn prepare(&mut self, _workspace: &mut Workspace, _state: &mut State) -> Result<()> {
+        Ok(())
     }
 
     /// Brings `state`, which satisfies the rows without storage, forward by one step that does

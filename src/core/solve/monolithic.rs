@@ -15,8 +15,6 @@ use std::sync::Arc;
 
 use super::chemistry::{Leap, SteadyChemistry};
 use super::diagnosis::{Diagnosis, Reason};
-use super::equilibrium::Relaxation;
-use super::path::first_equilibrium;
 use super::{Control, Integrator, Result, SolveError, StepReport, StepRule, Workspace, counters};
 use crate::linear::{LinearChoice, Sparse};
 use crate::model::{Coupled, Layout, Model, ModelError, Part, Positions, State, TimeCourse};
@@ -233,7 +231,7 @@ impl Monolithic {
         // Without storage the vertices that are held decide where the sheet lies.
         if self.part == Part::Whole && model.moves() && model.storage().mechanics == 0.0 {
             let shape = next.x.clone();
-            workspace.settle(&mut next, &state.x)?;
+            workspace.align(&mut next, &state.x)?;
             *unsettled = (next.x != shape).then_some(shape);
         }
         let mut report = StepReport { length: next.time - state.time, ..StepReport::default() };
@@ -269,14 +267,12 @@ fn explained(error: SolveError, model: &Model, (part, time): (Part, f64)) -> Sol
 }
 
 impl Integrator for Monolithic {
-    fn prepare(&mut self, workspace: &mut Workspace, state: &mut State) -> Result<Relaxation> {
-        let mut done = first_equilibrium(workspace, state)?;
+    fn prepare(&mut self, workspace: &mut Workspace, state: &mut State) -> Result<()> {
         if workspace.model.storage().chemistry == 0.0 {
             let tolerance = (self.rtol, self.atol);
             self.steady.solve(workspace, state, tolerance, Leap::Allowed)?;
-            done.residual = workspace.reported_residual(state)?;
         }
-        Ok(done)
+        Ok(())
     }
 
     fn advance(

@@ -14,14 +14,14 @@
 //!
 //! ```text
 //!                   X(c), the shape                               C, the chemistry
-//! quasi-static      in equilibrium with c                         φ, integrated over Δt
+//! quasi-static      as simultaneous under a small drag, then rest φ, integrated over Δt
 //! simultaneous      drag dx/dt = -∂U/∂x over Δt at (c_n + c)/2    φ, integrated over Δt
 //! chemistry-fast    as simultaneous                               steady at the last shape
 //! ```
 //!
 //! X sees the species go from c_n to c along a straight line, as C sees the signals; diffusion has
-//! the shape half way. A shape with storage moves by minimisations (`motion`), or by TR-BDF2 of
-//! diffsol under error control. Minimisations move it once a step, along c*, since what the species then change
+//! the shape half way. The shape moves by minimisations (`incremental_potential`), or by TR-BDF2 of
+//! diffsol under error control; `quasi_static` says what the small drag is. Minimisations move it once a step, along c*, since what the species then change
 //! matters to slow waves in higher order only; their last stage is solved again with c_{n+1}. Under
 //! `chemistry-fast` c* is c_n, and a second correction gives the error estimate; the chemistry is solved for
 //! its steady state as in `chemistry::steady`.
@@ -29,7 +29,7 @@
 //! φ integrates the chemistry over Δt by a method of [`chemistry`](super::chemistry), to a tolerance
 //! such that its error is a small share of the coupling tolerance, whatever that is: unless the scene
 //! chooses another, the stabilised explicit one, so that diffusion does not limit Δt. What the second round changes estimates the error that lagging
-//! signals cause, in the species and, where the shape has storage, in the shape; heun keeps the
+//! signals cause, in the species and in the shape; heun keeps the
 //! better values and so is of second order in the coupling. The step follows from
 //!
 //! ```text
@@ -38,8 +38,6 @@
 //! ```
 //!
 //! with n the number of points that carry the pattern or change ([`Model::species_misfit`](crate::model::Model::species_misfit)).
-//! Where rates read signals, Δt_new is at most the longest sub-step that the path of a quasi-static shape allows (`path`):
-//! the species do not show how signals change in the step to come.
 //!
 //! Internal variables of effects ([`InternalVariables`](crate::effects::InternalVariables)) go as the species do: predicted on the shape
 //! x_n, corrected on the straight line from x_n to x*, by the stabilised explicit method; their correction is part of err,
@@ -48,9 +46,11 @@
 //! A step is a transaction: the state changes only when the whole step has succeeded.
 
 mod by_diffsol;
+mod quasi_static;
 mod spec;
 mod steady;
 
+use quasi_static::Stabilised;
 pub use spec::{Method, StaggeredSpec};
 
 use serde::{Deserialize, Serialize};
@@ -60,14 +60,13 @@ use super::equilibrium::Relaxation;
 use super::incremental_potential::{Motion, MotionMethod, Stepping};
 use super::internal_variables::InternalSteps;
 use super::monolithic::Monolithic;
-use super::path::{self, EquilibriumPath, first_equilibrium};
 use super::rejections::{Cause, Rejection};
 use super::route::Route;
 use super::{
     Integrator, Result, SolveError, StepReport, Workspace, end_of_fixed_step, end_of_step,
 };
 use crate::Vec3;
-use crate::model::{Model, SignalColumns, State, Storage, TimeCourse};
+use crate::model::{SignalColumns, State, Storage, TimeCourse};
 use crate::num::checked::Positive;
 use crate::record::{Malformed, Record};
 
@@ -87,9 +86,6 @@ const MIN_ERROR: f64 = 1e-3;
 const FIRST_ERROR: f64 = 0.1;
 /// A step that must become shorter than this share of the first one gives up.
 const SHORTEST_STEP: f64 = 1e-7;
-/// Or where, in this step and those before it, no equilibrium was found so many times at later times: the path to them
-/// has sub-steps of its own.
-const MAX_WITHOUT_REST: usize = 3;
 /// How far a fixed step may leave a species' valid range and be brought back, relative to its size
 /// and typical magnitude. A step that leaves it further is too long, and no error estimate detects it.
 const EULER_SLACK: f64 = 1e-2;
@@ -118,13 +114,11 @@ struct Staggered {
     first: Option<f64>,
     /// Error estimate of the last step, in units of the tolerance.
     error: f64,
-    /// How a shape with storage moves, and by what.
+    /// How the shape moves, and by what.
     shape: MotionMethod,
     motion: Motion,
-    /// How a shape without storage does.
-    path: EquilibriumPath,
-    /// The latest time at which it was found to be without an equilibrium, and how often until it is passed.
-    without_rest: (f64, usize),
+    /// What it keeps where it has no storage.
+    stabilised: Stabilised,
     by_diffsol: Option<Monolithic>,
     /// Solves for the steady state of a chemistry without storage.
     steady: SteadyChemistry,
@@ -139,17 +133,16 @@ struct Memory {
     first: Option<f64>,
     error: f64,
     motion: Option<(f64, Vec<Vec3>)>,
-    path: path::Memory,
+    stabilised: Stabilised,
 }
 
 impl Integrator for Staggered {
-    fn prepare(&mut self, workspace: &mut Workspace, state: &mut State) -> Result<Relaxation> {
-        let done = first_equilibrium(workspace, state)?;
+    fn prepare(&mut self, workspace: &mut Workspace, state: &mut State) -> Result<()> {
         if self.policy.chemistry == 0.0 {
             let inner = self.inner();
             self.steady.solve(workspace, state, inner, Leap::Allowed)?;
         }
-        Ok(done)
+        Ok(())
     }
 
     fn advance(
@@ -158,13 +151,13 @@ impl Integrator for Staggered {
         state: &mut State,
         until: f64,
     ) -> Result<StepReport> {
-        let before = (self.step, self.first, self.error, self.motion.clone(), self.path.clone());
+        let before = (self.step, self.first, self.error, self.motion.clone(), self.stabilised.clone());
         let done = match self.spec.method {
             Method::Euler => self.euler(workspace, state, until),
             Method::Heun => self.heun(workspace, state, until),
         };
         if done.is_err() {
-            (self.step, self.first, self.error, self.motion, self.path) = before;
+            (self.step, self.first, self.error, self.motion, self.stabilised) = before;
         }
         done
     }
@@ -180,9 +173,9 @@ impl Integrator for Staggered {
     }
 
     fn memory(&self) -> Record {
-        let Self { step, first, error, motion, path, .. } = self;
-        let (motion, path) = (motion.memory(), path.memory());
-        Record::of(&Memory { step: *step, first: *first, error: *error, motion, path })
+        let Self { step, first, error, motion, stabilised, .. } = self;
+        let (motion, stabilised) = (motion.memory(), stabilised.clone());
+        Record::of(&Memory { step: *step, first: *first, error: *error, motion, stabilised })
     }
 
     fn is_storable(&self) -> bool {
@@ -190,10 +183,9 @@ impl Integrator for Staggered {
     }
 
     fn restore(&mut self, memory: &Record, vertices: usize) -> Result<(), Malformed> {
-        let Memory { step, first, error, motion, path } = memory.read()?;
-        (self.step, self.first, self.error) = (step, first, error);
-        self.motion.restore(motion, vertices)?;
-        self.path.restore(path, vertices)
+        let Memory { step, first, error, motion, stabilised } = memory.read()?;
+        (self.step, self.first, self.error, self.stabilised) = (step, first, error, stabilised);
+        self.motion.restore(motion, vertices)
     }
 }
 
@@ -224,11 +216,12 @@ impl Staggered {
         next: &mut State,
         done: &mut Relaxation,
     ) -> Result<Option<Vec<Vec3>>> {
-        if self.policy.mechanics == 0.0 {
-            done.add(&self.path.advance(workspace, state, next)?);
+        if !workspace.model.moves() {
             return Ok(None);
         }
-        if !workspace.model.moves() {
+        if self.relaxes(workspace) {
+            workspace.check_way(state, next)?;
+            done.add(&workspace.relax_once(next)?);
             return Ok(None);
         }
         let coarse = if self.shape == MotionMethod::TrBdf2 {
@@ -247,15 +240,12 @@ impl Staggered {
                 }
             };
             let second_order = self.shape == MotionMethod::Sdirk2;
-            let by = Stepping {
-                drag: 1.0,
-                second_order,
-                tolerance,
-                relative: self.spec.rtol.get(),
-                trust: None,
-                force_factor: 1.0,
-                distance_tolerance: f64::INFINITY,
+            let drag = match self.policy.mechanics > 0.0 {
+                true => 1.0,
+                false => self.stabilising_drag(workspace, state)?,
             };
+            let relative = self.spec.rtol.get();
+            let by = Stepping { drag, second_order, tolerance, relative };
             let to = next.clone();
             let route = Route::in_time(state, &to);
             let moved = self.motion.advance(workspace, state, route.clock(), &route, &by)?;
@@ -276,6 +266,17 @@ impl Staggered {
     ) -> Result<Vec<Vec<f64>>> {
         let inner = self.inner_of(CHEMISTRY_TOLERANCE_SHARE, ChemistryMethod::Chebyshev.power());
         self.internal.advance(workspace, (state, to), inner)
+    }
+
+    /// Whether the shape is relaxed once a step without drag, rather than moved.
+    fn relaxes(&self, workspace: &Workspace) -> bool {
+        let plain = workspace.stabilisation.strength == 0.0 || !workspace.reaches_rest();
+        self.policy.mechanics == 0.0 && plain
+    }
+
+    /// Whether it moves under the stabilising drag.
+    fn is_stabilised(&self, workspace: &Workspace) -> bool {
+        self.policy.mechanics == 0.0 && workspace.model.moves() && !self.relaxes(workspace)
     }
 
     /// Tolerances of the coupling.
@@ -305,6 +306,9 @@ impl Staggered {
         workspace.model.keep_in_range(&mut next.species, time, slack)?;
         let mut relaxation = Relaxation::default();
         self.follow_shape(workspace, state, &mut next, &mut relaxation)?;
+        if self.is_stabilised(workspace) {
+            self.rest(workspace, state, &mut next, &mut relaxation)?;
+        }
         if self.policy.chemistry == 0.0 {
             let inner = self.inner();
             self.steady.solve(workspace, &mut next, inner, Leap::Allowed)?;
@@ -332,20 +336,16 @@ impl Staggered {
             let proposed = tried.min(longest);
             let time = end_of_step(state.time, proposed, until);
             let step = time - state.time;
-            // Jumps of rejected attempts have not taken place.
-            (report.relaxation.jumps, report.relaxation.released) = (0, 0.0);
+            // Of rejected attempts nothing but the work counts.
+            report.relaxation = Relaxation::of_iterations(report.relaxation.iterations);
+            let kept = self.stabilised.clone();
             match self.try_heun(workspace, state, &now, time, &mut report) {
                 Ok((next, error)) if error <= 1.0 => {
                     *state = next;
-                    if time >= self.without_rest.0 {
-                        self.without_rest = (f64::NEG_INFINITY, 0);
-                    }
                     report.length = step;
                     report.error = error;
-                    let longest = self.longest_next(&workspace.model);
-                    report.allowed = Some((step * SAFETY / error.sqrt()).min(longest));
+                    report.allowed = Some(step * SAFETY / error.sqrt());
                     self.propose(step, proposed, error, first);
-                    self.step = self.step.map(|next| next.min(longest));
                     return Ok(report);
                 }
                 Ok((_, error)) => {
@@ -361,27 +361,19 @@ impl Staggered {
                     let new = Rejection { message, ..Rejection::of(state, step, error.cause()) };
                     workspace.reject(new);
                     tried = step / (MAX_STEP_GROWTH * MAX_STEP_GROWTH);
-                    if self.leads_nowhere(&error, time) || tried < shortest {
+                    if tried < shortest {
                         return Err(error);
                     }
                 }
                 Err(error) => return Err(error),
             }
             first = false;
+            self.stabilised = kept;
             self.step = Some(tried);
             if !(tried >= shortest) {
                 return Err(SolveError::StepTooSmall { time: state.time, step: tried });
             }
         }
-    }
-
-    /// Whether equilibria were missing too often, this `error` of a step to `time` included.
-    fn leads_nowhere(&mut self, error: &SolveError, time: f64) -> bool {
-        if error.is_without_rest() || matches!(error, SolveError::InsideOut) {
-            let (latest, count) = self.without_rest;
-            self.without_rest = (latest.max(time), count + 1);
-        }
-        self.without_rest.1 >= MAX_WITHOUT_REST
     }
 
     /// Step-size controller: the length of the step after an accepted one of length `step` and this error. Only a
@@ -392,14 +384,6 @@ impl Staggered {
         let factor = (SAFETY / error.sqrt()).min(limit);
         // A step cut short by an output time does not limit the next one.
         self.step = Some((step * factor).max(if factor >= 1.0 { proposed } else { 0.0 }));
-    }
-
-    /// Signals are linear within a step: the longest next one, where rates read those of an equilibrium, is the longest
-    /// sub-step of its path.
-    fn longest_next(&self, model: &Model) -> f64 {
-        let at_rest = self.policy.mechanics == 0.0 && self.policy.chemistry > 0.0;
-        let reads = model.chemistry().is_some_and(|law| !law.signals().wanted().is_empty());
-        if at_rest && reads { self.path.longest() } else { f64::INFINITY }
     }
 
     /// A first step from the rates: small against the time in which the fastest species changes by its typical
@@ -464,12 +448,15 @@ impl Staggered {
             }
         }
         let error = error.max(self.shape_error(workspace, state, &predicted, &next));
+        if error <= 1.0 && self.is_stabilised(workspace) {
+            self.rest(workspace, state, &mut next, &mut report.relaxation)?;
+        }
         Ok((next, error))
     }
 
     /// The same of the shape, where it has storage: there it may move while the species are nearly steady.
     fn shape_error(&self, workspace: &Workspace, state: &State, a: &State, b: &State) -> f64 {
-        if self.policy.mechanics == 0.0 {
+        if self.relaxes(workspace) {
             return 0.0;
         }
         workspace.model.shape_misfit(state, (a, b), self.tolerance())

@@ -2,21 +2,20 @@
 
 mod floating;
 mod minimisation;
-mod path_observer;
+mod rest;
 mod saddle;
 
 use std::sync::Arc;
 
-pub(super) use minimisation::{Held, Minimisation};
-pub use path_observer::PathObserver;
+use minimisation::Minimisation;
 
 use super::diagnosis::Diagnosis;
-use super::equilibrium::{self, Equilibrium};
+use super::equilibrium::{self, Equilibrium, Relaxation};
 use super::rejections::{Cause, Rejection, Rejections};
 use super::stability::Stability;
 use super::{Result, SolveError};
 use crate::Vec3;
-use crate::model::{Evaluation, Memory, Model, Potential, State};
+use crate::model::{Evaluation, Memory, Model, Potential, Stabilisation, State};
 use crate::ode::Rejected;
 use crate::record::{Malformed, Record};
 use crate::reduction::Reduction;
@@ -93,12 +92,13 @@ pub struct Workspace {
     pub model: Arc<Model>,
     /// Who asked for the work.
     pub control: Control,
+    /// How a quasi-static shape is stabilised.
+    pub stabilisation: Stabilisation,
     memory: Memory,
     relaxer: Option<Relaxer>,
     rejections: Rejections,
     stuck: Option<State>,
     stability: Option<Stability>,
-    path_observer: Option<Box<dyn PathObserver>>,
     floating: floating::Floating,
 }
 
@@ -109,12 +109,12 @@ impl Workspace {
         Self {
             model,
             control,
+            stabilisation: Stabilisation::default(),
             memory,
             relaxer,
             rejections: Rejections::default(),
             stuck: None,
             stability: None,
-            path_observer: None,
             floating: floating::Floating::default(),
         }
     }
@@ -236,9 +236,53 @@ impl Workspace {
     ///
     /// # Errors
     /// If the model has no value there.
-    pub(super) fn reported_residual(&mut self, state: &State) -> Result<f64> {
+    pub(crate) fn reported_residual(&mut self, state: &State) -> Result<f64> {
         let model = Arc::clone(&self.model);
         model.tally().uncounted(|| Ok(self.at(state).residual()?))
+    }
+
+    /// Total energy at `state`, for those who inspect the run: no work of its method.
+    ///
+    /// # Errors
+    /// If the model has no value there.
+    pub(super) fn energy(&mut self, state: &State) -> Result<f64> {
+        let model = Arc::clone(&self.model);
+        model.tally().uncounted(|| Ok(self.at(state).potential()?.energy(&state.x)))
+    }
+
+    /// The vertex that is furthest from where it was, and how far.
+    pub(super) fn farthest(&self, from: &[Vec3], to: &[Vec3]) -> (usize, f64) {
+        let moved = |i: usize| (to[i] - from[i]).norm_squared();
+        let farthest = (0..to.len()).max_by(|a, b| moved(*a).total_cmp(&moved(*b))).unwrap_or(0);
+        (farthest, self.reduction().distance(from, to))
+    }
+
+    /// The drag, in units of that of the scene, under which stretching relaxes in the time of the chemistry:
+    /// `Y T / W̄`.
+    ///
+    /// # Errors
+    /// If the model has no value at `state`.
+    pub(super) fn unit_drag(&mut self, state: &State) -> Result<f64> {
+        let mean = self.model.drag().mean(self.model.sheet());
+        let span = self.stabilisation.span;
+        let mut at = self.at(state);
+        let time = (1.0 / at.fastest_rate()?).min(span);
+        let potential = at.potential()?;
+        Ok(potential.force_scale() / potential.metric().mean_edge() * time / mean)
+    }
+
+    /// Takes the shape of `state` as that of the first state, but for what is prescribed and constrained.
+    ///
+    /// # Errors
+    /// If the model has no value there, or no shape that meets the constraints is near.
+    pub(crate) fn take_shape(&mut self, state: &mut State) -> Result<Relaxation> {
+        if !self.model.moves() {
+            return Ok(Relaxation::default());
+        }
+        let model = Arc::clone(&self.model);
+        model.mechanics().set_prescribed(state.time, &mut state.x);
+        self.project(state)?;
+        Ok(Relaxation { energy: self.energy(state)?, ..Relaxation::default() })
     }
 
     /// Keeps `state` as that at which a search has stuck.

@@ -146,7 +146,7 @@ impl Invariants {
         }
         if let Some(bound) = crossings {
             needs_space("crossings")?;
-            all.push(Listed::new("crossings", *bound, NoCrossings::of(workspace)));
+            all.push(Listed::new("crossings", *bound, NoCrossings::of(model.sheet())));
         }
         let every = every.get() as u64;
         Ok(Some(Self { every, all, begun: false, short: None }))

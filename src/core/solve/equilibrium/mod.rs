@@ -117,10 +117,16 @@ pub struct Relaxation {
     pub energy: f64,
     /// Triangles that collapsed and were fixed.
     pub collapsed: usize,
-    /// Jumps from one branch of equilibria to another.
-    pub jumps: usize,
+    /// Work that the drag took up.
+    pub dissipated: f64,
+    /// Energy that growth, loads and what is prescribed supplied, where the shape is quasi-static.
+    pub supplied: f64,
+    /// Snaps that ended.
+    pub snaps: usize,
     /// Energy that they released.
     pub released: f64,
+    /// The vertex that moved most in the last of them.
+    pub snapped: Option<usize>,
     /// Pairs of a start that were moved apart before, and by how much at most.
     pub separated: (usize, f64),
 }
@@ -132,8 +138,12 @@ impl Relaxation {
         self.residual = later.residual;
         self.energy = later.energy;
         self.collapsed = later.collapsed;
-        self.jumps += later.jumps;
-        self.released += later.released;
+    }
+
+    /// Of so many iterations that led to nothing else.
+    #[must_use]
+    pub(crate) fn of_iterations(iterations: usize) -> Self {
+        Self { iterations, ..Self::default() }
     }
 }
 

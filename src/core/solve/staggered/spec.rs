@@ -2,13 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{DEFAULT_TOLERANCE, ERROR_POWER, FIRST_ERROR, MAX_STEP_GROWTH, Staggered};
+use super::{DEFAULT_TOLERANCE, ERROR_POWER, FIRST_ERROR, MAX_STEP_GROWTH, Stabilised, Staggered};
 use crate::model::Storage;
 use crate::num::checked::Positive;
 use crate::solve::chemistry::{ChemistryMethod, ChemistrySteps, SteadyChemistry};
 use crate::solve::incremental_potential::{Motion, MotionMethod};
 use crate::solve::internal_variables::InternalSteps;
-use crate::solve::path::EquilibriumPath;
 use crate::solve::{Integrator, IntegratorSpec, Result, SolveError, StepRule, fixed_step, scaled};
 
 /// Parameters of the staggered integrator in a scene.
@@ -112,7 +111,7 @@ impl IntegratorSpec for StaggeredSpec {
                 format!("shape: moved under drag by {} ({why})", self.motion().name())
             }
             false => {
-                "shape: follows its equilibrium, with viscous jumps where that ends".to_owned()
+                "shape: moved under a stabilising drag, to rest where an equilibrium is near".to_owned()
             }
         };
         let species = match (policy.chemistry > 0.0, self.chemistry.unwrap_or(self.usual())) {
@@ -183,8 +182,7 @@ impl IntegratorSpec for StaggeredSpec {
             error: FIRST_ERROR,
             shape: self.motion(),
             motion: Motion::default(),
-            path: EquilibriumPath::default(),
-            without_rest: (f64::NEG_INFINITY, 0),
+            stabilised: Stabilised::default(),
             by_diffsol: None,
             steady: SteadyChemistry::default(),
             internal: InternalSteps::default(),

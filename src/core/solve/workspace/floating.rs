@@ -57,7 +57,7 @@ impl Workspace {
     ///
     /// # Errors
     /// If the model has no value there.
-    pub(in crate::solve) fn settle(&mut self, state: &mut State, about: &[Vec3]) -> Result<()> {
+    pub(in crate::solve) fn align(&mut self, state: &mut State, about: &[Vec3]) -> Result<()> {
         let tolerance = self.force_tolerance();
         let Self { model, memory, floating, .. } = self;
         let mut x = state.x.to_vec();

@@ -19,12 +19,8 @@ pub(in crate::solve) struct Minimisation {
     pub(in crate::solve) guess: Option<Vec<Vec3>>,
     /// Radius of the trust region about the start, in mean edges.
     pub(in crate::solve) trust: Option<f64>,
-    /// Factor on the force tolerance.
-    pub(in crate::solve) force_factor: f64,
     /// Largest distance to the equilibrium that counts as rest, in mean edges.
     pub(in crate::solve) distance_tolerance: f64,
-    /// What holds the sheet while its start is released.
-    pub(in crate::solve) held: Option<Held>,
 }
 
 impl Default for Minimisation {
@@ -33,26 +29,8 @@ impl Default for Minimisation {
             anchor: None,
             guess: None,
             trust: None,
-            force_factor: 1.0,
             distance_tolerance: f64::INFINITY,
-            held: None,
         }
-    }
-}
-
-/// Length factors in place of those of the species, and forces that hold the vertices.
-pub(in crate::solve) struct Held {
-    /// Φ of every edge.
-    pub(in crate::solve) factor: Vec<f64>,
-    /// Force on every vertex.
-    pub(in crate::solve) force: Vec<Vec3>,
-}
-
-impl Held {
-    /// Brings `potential` under it.
-    pub(in crate::solve) fn act_on(self, potential: &mut Potential) {
-        potential.set_length_factor(&self.factor);
-        potential.set_hold(Some(self.force));
     }
 }
 
@@ -135,8 +113,7 @@ impl Workspace {
         if model.is_chemistry_alone() {
             return Ok(Relaxation::default());
         }
-        let Minimisation { anchor, guess, trust, force_factor, distance_tolerance, held } =
-            minimisation;
+        let Minimisation { anchor, guess, trust, distance_tolerance } = minimisation;
         let _scope = relaxer.is_some().then(|| counters::part(model.tally(), counters::RELAXATION));
         let mut x = state.x.to_vec();
         model.mechanics().set_prescribed(state.time, &mut state.x);
@@ -148,12 +125,8 @@ impl Workspace {
         let mut at = model.at(state, memory);
         let potential = at.potential()?;
         let Some(relaxer) = relaxer else { return Ok(Relaxation::default()) };
-        let mut tolerance = relaxer.tolerance * force_factor;
+        let mut tolerance = relaxer.tolerance;
         let floats = floating.found(potential, &x, relaxer.tolerance);
-        let is_held = held.is_some();
-        if let Some(held) = held {
-            held.act_on(potential);
-        }
         if let Some(anchor) = anchor {
             tolerance = tolerance.max(pull(potential, anchor, &x));
         }
@@ -174,8 +147,7 @@ impl Workspace {
         let done = relax_anchored(&mut *relaxer.equilibrium, potential, (&mut x, &led), &goal)
             .map_err(|error| explained(error, potential, &x, tolerance));
         let anchor = potential.take_anchor();
-        potential.set_hold(None);
-        if done.is_ok() && !is_held {
+        if done.is_ok() {
             let by = (model.drag(), relaxer.tolerance);
             floating.settle(potential, (&mut x, &start), anchor, by);
         }

@@ -1,0 +1,135 @@
+//! The quasi-static shape: the motion under a small drag, and rest where an equilibrium is near.
+//!
+//! ```text
+//! η W dx/dt = -∂U/∂x (x; q(t))          η W̄ = V rtol Y T
+//! ```
+//!
+//! Users of finite elements know this as automatic stabilisation: an artificial drag, so small that its work does not
+//! count, lets the shape go through instabilities. W is the drag of the scene with the mean W̄; Y the stretching stiffness,
+//! force/length; T the time in which the fastest species changes by its typical magnitude at first, at most the span of
+//! the run; V is `time.stabilisation`. η is constant in time. The step is that of `simultaneous`, with the same stages, error
+//! estimate and control. At its end
+//!
+//! ```text
+//! 0 = -∂U/∂x (x; q(t_n+1))              within a quarter of an edge
+//! ```
+//!
+//! replaces the shape where there is such an equilibrium, so that smooth paths are as exact as equilibria are. Where there
+//! is none a snap is under way, and goes on under drag in the next step.
+//!
+//! The work that the drag takes up, what the shape loses on the way to rest included, is a loss of energy; the rest of the
+//! change of the energy is supplied by growth, loads and what is prescribed:
+//!
+//! ```text
+//! U(x_n+1; q_n+1) - U(x_n; q_n) = supplied - dissipated
+//! ```
+//!
+//! In a snap the sheet dissipates more than is supplied.
+//!
+//! References: Agostiniani & Rossi, J. Differential Equations 263 (2017) (the limit of vanishing drag); Scilla &
+//! Solombrino, arXiv:1712.06182 (minimising movements with a drag that vanishes).
+
+use serde::{Deserialize, Serialize};
+
+use super::Staggered;
+use crate::model::State;
+use crate::solve::equilibrium::Relaxation;
+use crate::solve::{Result, Workspace};
+
+/// Iterations of relaxations between two checks of the stability of the shape, which cost about as much as ten.
+const CHECK_INTERVAL: usize = 50;
+/// Work of the drag below this share of the energy is round-off.
+const ROUND_OFF: f64 = 1e-9;
+
+/// What a quasi-static shape keeps from step to step.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(super) struct Stabilised {
+    /// η, a factor on the drag of the scene; none before the first step.
+    drag: Option<f64>,
+    /// Iterations since the stability of the shape was checked.
+    unchecked: usize,
+    /// The snap that is under way.
+    snap: Option<Snap>,
+}
+
+/// A snap.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct Snap {
+    /// Energy that it has released so far.
+    released: f64,
+    /// The vertex that has moved furthest in a step, and how far.
+    vertex: usize,
+    moved: f64,
+}
+
+impl Staggered {
+    /// η, a factor on the drag of the scene.
+    pub(super) fn stabilising_drag(
+        &mut self,
+        workspace: &mut Workspace,
+        state: &State,
+    ) -> Result<f64> {
+        if let Some(drag) = self.stabilised.drag {
+            return Ok(drag);
+        }
+        let strength = workspace.stabilisation.strength * self.spec.rtol.get();
+        let drag = strength * workspace.unit_drag(state)?;
+        self.stabilised.drag = Some(drag);
+        Ok(drag)
+    }
+
+    /// Brings the shape of `next`, which has moved from that of `state` under drag, to rest if an equilibrium is near.
+    pub(super) fn rest(
+        &mut self,
+        workspace: &mut Workspace,
+        state: &State,
+        next: &mut State,
+        done: &mut Relaxation,
+    ) -> Result<()> {
+        let mechanics = workspace.model.mechanics().clone();
+        let by_drag = self.motion.dissipated(&mechanics, &next.x);
+        let before = workspace.energy(state)?;
+        let moved = workspace.energy(next)?;
+        let mut rests = false;
+        if let Some(near) = workspace.rest_nearby(next)? {
+            done.add(&near);
+            rests = true;
+        }
+        let after = if rests { workspace.energy(next)? } else { moved };
+        done.dissipated += by_drag + (moved - after);
+        done.supplied += after - before + by_drag + (moved - after);
+        self.stabilised.unchecked += done.iterations;
+        if rests && self.stabilised.unchecked >= CHECK_INTERVAL {
+            self.stabilised.unchecked = 0;
+            workspace.leave_saddle(next, done)?;
+        }
+        done.residual = workspace.reported_residual(next)?;
+        self.note_snap(workspace, state, next, (after, done));
+        Ok(())
+    }
+
+    /// Follows a snap: it is over in the first step that dissipates less than is supplied.
+    fn note_snap(
+        &mut self,
+        workspace: &Workspace,
+        state: &State,
+        next: &State,
+        (energy, done): (f64, &mut Relaxation),
+    ) {
+        let snaps = done.dissipated > done.supplied.abs()
+            && done.dissipated > ROUND_OFF * energy.abs();
+        if !snaps {
+            if let Some(snap) = self.stabilised.snap.take() {
+                (done.snaps, done.released, done.snapped) = (1, snap.released, Some(snap.vertex));
+            }
+            return;
+        }
+        let (vertex, moved) = workspace.farthest(&state.x, &next.x);
+        let new = Snap { released: 0.0, vertex, moved };
+        let snap = self.stabilised.snap.get_or_insert(new);
+        snap.released += done.dissipated;
+        if moved > snap.moved {
+            (snap.vertex, snap.moved) = (vertex, moved);
+        }
+    }
+}
