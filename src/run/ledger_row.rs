@@ -47,6 +47,15 @@ fn is_point(model: &Model) -> bool {
 const DRAG_TITLE: &str = "work of the drag [energy]";
 /// Titles of the columns of a quasi-static shape.
 const SNAP_TITLES: [&str; 2] = ["snaps", "energy released by snaps [energy]"];
+/// Title of the column of the energy of all effects.
+const TOTAL_ENERGY_TITLE: &str = "total energy [energy]";
+/// Prefix of the titles of the totals of species.
+const TOTAL: &str = "total ";
+
+/// Whether the column `title` of a ledger is the total of a species.
+pub(crate) fn is_species_total(title: &str) -> bool {
+    title.starts_with(TOTAL) && title != TOTAL_ENERGY_TITLE
+}
 
 /// Whether the shape is in equilibrium at every time, and may snap from one to another.
 fn snaps(model: &Model) -> bool {
@@ -82,7 +91,7 @@ pub(super) fn columns(model: &Model, watched: bool, invariants: &[String]) -> Ve
         all.push(format!("pairs of {name}"));
         all.push(format!("gap of {name} [length]"));
     }
-    all.push("total energy [energy]".to_owned());
+    all.push(TOTAL_ENERGY_TITLE.to_owned());
     all.extend(work.chain(["force residual".to_owned()]));
     all.push(DRAG_TITLE.to_owned());
     if snaps(model) {
@@ -95,7 +104,7 @@ pub(super) fn columns(model: &Model, watched: bool, invariants: &[String]) -> Ve
         for species in &chemistry.descriptor().species {
             let name = &species.name;
             all.extend([
-                format!("total {name}"),
+                format!("{TOTAL}{name}"),
                 format!("least {name}"),
                 format!("largest {name}"),
             ]);

@@ -25,6 +25,7 @@ use serde::{Deserialize, Serialize};
 
 use super::equilibrium::Relaxation;
 use super::route::Route;
+use super::workspace::Minimisation;
 use super::{Result, Workspace, counters};
 use crate::Vec3;
 use crate::model::{Anchor, Mechanics, State};
@@ -272,9 +273,12 @@ impl Stage<'_> {
             None => (self.from.x.as_slice(), self.moved(at)),
         };
         let start = State { x: good.to_vec().into(), ..State::clone(self.from) };
-        let mut state = self.route.at(self.start + at * self.step, &start);
+        let clock = self.start + at * self.step;
+        let (mut state, lengths) = (self.route.at(clock, &start), self.route.lengths(clock));
         workspace.check_way(self.from, &state)?;
-        let done = workspace.relax_anchored(&mut state, pull, guess)?;
+        let anchor = Some(pull);
+        let minimisation = Minimisation { anchor, guess, lengths, ..Minimisation::default() };
+        let done = workspace.minimise(&mut state, minimisation)?;
         Ok((state, done))
     }
 
@@ -287,6 +291,9 @@ impl Stage<'_> {
         }
         let mut at = workspace.at(next);
         let potential = at.potential()?;
+        if let Some(lengths) = self.route.lengths(self.start + self.step) {
+            potential.set_length_factor(&lengths);
+        }
         let (before, after) = (potential.energy(&self.from.x), potential.energy(&next.x));
         Ok(after > before + ROUND_OFF * before.abs())
     }

@@ -3,24 +3,50 @@
 use crate::model::State;
 
 /// Species, internal variables, and the time that growth, loads and prescribed positions read, as functions of a clock:
-/// the time itself, or a pseudo-time in which they stay the same.
+/// the time itself, or a pseudo-time in which they stay the same while lengths are ramped.
 #[derive(Clone, Copy)]
 pub(super) struct Route<'a> {
     from: &'a State,
     to: &'a State,
     /// Readings of the clock at both ends.
     clock: (f64, f64),
+    ramp: Option<&'a LengthRamp>,
+}
+
+/// Length factors that go from some to others in a pseudo-time from 0 to 1, `Φ(s) = Φ₀^(1-s) Φ₁^s`.
+pub(super) struct LengthRamp {
+    pub(super) from: Vec<f64>,
+    pub(super) to: Vec<f64>,
+}
+
+impl LengthRamp {
+    /// Φ(s), of 1 from there on.
+    fn at(&self, s: f64) -> Vec<f64> {
+        if s >= 1.0 {
+            return self.to.clone();
+        }
+        self.from.iter().zip(&self.to).map(|(a, b)| a.powf(1.0 - s) * b.powf(s)).collect()
+    }
 }
 
 impl<'a> Route<'a> {
     /// From one time to a later one; species and internal variables go along straight lines.
     pub(super) fn in_time(from: &'a State, to: &'a State) -> Self {
-        Self { from, to, clock: (from.time, to.time) }
+        Self { from, to, clock: (from.time, to.time), ramp: None }
     }
 
-    /// The conditions of one state during a span of pseudo-time.
-    pub(super) fn frozen(at: &'a State, clock: (f64, f64)) -> Self {
-        Self { from: at, to: at, clock }
+    /// The conditions of one state during a span of pseudo-time, but for lengths on a ramp.
+    pub(super) fn frozen(
+        at: &'a State,
+        clock: (f64, f64),
+        ramp: Option<&'a LengthRamp>,
+    ) -> Self {
+        Self { from: at, to: at, clock, ramp }
+    }
+
+    /// The length factors in place of those of the species when the clock shows `t`.
+    pub(super) fn lengths(&self, t: f64) -> Option<Vec<f64>> {
+        self.ramp.map(|ramp| ramp.at(t))
     }
 
     /// Readings of the clock at both ends.

@@ -7,7 +7,7 @@ mod saddle;
 
 use std::sync::Arc;
 
-use minimisation::Minimisation;
+pub(super) use minimisation::Minimisation;
 
 use super::diagnosis::Diagnosis;
 use super::equilibrium::{self, Equilibrium, Relaxation};

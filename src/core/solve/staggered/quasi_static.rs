@@ -91,17 +91,19 @@ impl Staggered {
         let before = workspace.energy(state)?;
         let moved = workspace.energy(next)?;
         let mut rests = false;
+ let mv = next.x.clone();
         if let Some(near) = workspace.rest_nearby(next)? {
-            done.add(&near);
+            eprintln!("near {} it {} res {:.3e} reported {:.3e}", near.energy, near.iterations, near.residual, workspace.reported_residual(next)?);done.add(&near);
             rests = true;
         }
+        eprintln!("t {:.5} dt {:.3e} drag {:.3e} rests {rests} by rest {:.4} edges, step moved {:.3} D {:.3e}", next.time, next.time-state.time, self.stabilised.drag.unwrap_or(0.0), workspace.reduction().distance(&mv,&next.x)/mechanics.reference().mean_edge(), workspace.reduction().distance(&state.x,&next.x)/mechanics.reference().mean_edge(), by_drag);
         let after = if rests { workspace.energy(next)? } else { moved };
         done.dissipated += by_drag + (moved - after);
         done.supplied += after - before + by_drag + (moved - after);
         self.stabilised.unchecked += done.iterations;
-        if rests && self.stabilised.unchecked >= CHECK_INTERVAL {
+        if rests && self.stabilised.unchecked >= std::env::var("CHECK").ok().and_then(|v| v.parse().ok()).unwrap_or(CHECK_INTERVAL) {
             self.stabilised.unchecked = 0;
-            workspace.leave_saddle(next, done)?;
+            let left = workspace.leave_saddle(next, done)?; eprintln!("   check: left {left}");
         }
         done.residual = workspace.reported_residual(next)?;
         self.note_snap(workspace, state, next, (after, done));

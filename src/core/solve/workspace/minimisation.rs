@@ -17,6 +17,8 @@ pub(in crate::solve) struct Minimisation {
     pub(in crate::solve) anchor: Option<Anchor>,
     /// Where it begins, if that is a better start than the shape there is.
     pub(in crate::solve) guess: Option<Vec<Vec3>>,
+    /// Length factors in place of those of the species.
+    pub(in crate::solve) lengths: Option<Vec<f64>>,
     /// Radius of the trust region about the start, in mean edges.
     pub(in crate::solve) trust: Option<f64>,
     /// Largest distance to the equilibrium that counts as rest, in mean edges.
@@ -28,6 +30,7 @@ impl Default for Minimisation {
         Self {
             anchor: None,
             guess: None,
+            lengths: None,
             trust: None,
             distance_tolerance: f64::INFINITY,
         }
@@ -113,7 +116,7 @@ impl Workspace {
         if model.is_chemistry_alone() {
             return Ok(Relaxation::default());
         }
-        let Minimisation { anchor, guess, trust, distance_tolerance } = minimisation;
+        let Minimisation { anchor, guess, lengths, trust, distance_tolerance } = minimisation;
         let _scope = relaxer.is_some().then(|| counters::part(model.tally(), counters::RELAXATION));
         let mut x = state.x.to_vec();
         model.mechanics().set_prescribed(state.time, &mut state.x);
@@ -125,6 +128,9 @@ impl Workspace {
         let mut at = model.at(state, memory);
         let potential = at.potential()?;
         let Some(relaxer) = relaxer else { return Ok(Relaxation::default()) };
+        if let Some(lengths) = &lengths {
+            potential.set_length_factor(lengths);
+        }
         let mut tolerance = relaxer.tolerance;
         let floats = floating.found(potential, &x, relaxer.tolerance);
         if let Some(anchor) = anchor {

@@ -6,13 +6,20 @@
 //!                            dies down; W is the drag of the scene, which sets the direction of the motion
 //! ```
 //!
-//! The motion ends where an equilibrium is near that is stable. In pseudo-time τ nothing but the shape changes.
+//! The motion ends where a stable equilibrium is near. In pseudo-time τ nothing changes but the shape and, where the sheet
+//! is strained, at first its optimal lengths:
+//!
+//! ```text
+//! l̄_e(τ) = |x_i - x_j|^(1-τ) l̄_e^τ        up to τ = 1, for every edge e = ij of the shape x at τ = 0
+//! ```
+//!
+//! So a dose that asks for much growth at once is grown into slowly, rather than from a crushed sheet.
 
 use super::super::diagnosis;
 use super::super::equilibrium::Relaxation;
 use super::super::incremental_potential::{Motion, Stepping};
-use super::super::route::Route;
-use super::super::{Result, SolveError};
+use super::super::route::{LengthRamp, Route};
+use super::super::{Result, SolveError, end_of_step};
 use super::{Minimisation, Workspace};
 use crate::Vec3;
 use crate::model::State;
@@ -25,8 +32,13 @@ pub(in crate::solve) const NEARBY: f64 = 0.25;
 const DISTANCE_TOLERANCE: f64 = 0.02;
 /// Tolerances of a step in pseudo-time, relative to the largest displacement and in mean edges.
 const TOLERANCE: (f64, f64) = (0.05, 0.1);
-/// Displacement that the first step is expected to make, in mean edges.
+/// Drag in units of the stretching stiffness, where lengths are ramped in one unit of pseudo-time.
+const DRAG: f64 = 1e-7;
+/// Displacement that the first step is expected to make, in mean edges, and its share of a ramp.
 const FIRST_DISPLACEMENT: f64 = 0.1;
+const FIRST_SHARE: f64 = 0.1;
+/// Logarithmic strain below which lengths are not ramped.
+const SMALL_STRAIN: f64 = 1e-3;
 /// Steps are proposed shorter than their error allows, and change by factors between these.
 const SAFETY: f64 = 0.9;
 const STEP_FACTORS: (f64, f64) = (0.1, 4.0);
@@ -47,7 +59,7 @@ impl Workspace {
     ) -> Result<Option<Relaxation>> {
         let mut next = state.clone();
         let minimisation = Minimisation {
-            trust: Some(NEARBY),
+            trust: Some(std::env::var("NEARBY").ok().and_then(|v| v.parse().ok()).unwrap_or(NEARBY)),
             distance_tolerance: DISTANCE_TOLERANCE,
             ..Minimisation::default()
         };
@@ -56,12 +68,13 @@ impl Workspace {
                 state.x = next.x;
                 Ok(Some(done))
             }
-            Err(error) if error.is_without_rest() => Ok(None),
+            Err(error) if error.is_without_rest() => { eprintln!("no rest: {error}"); Ok(None) }
             Err(error) => Err(error),
         }
     }
 
-    /// Lets the shape of `state` follow the overdamped motion under its conditions to a stable equilibrium.
+    /// Lets the shape of `state` follow the overdamped motion under its conditions to a stable equilibrium, while lengths go
+    /// from those of the shape to those of the species.
     ///
     /// # Errors
     /// If the motion leads to none.
@@ -73,24 +86,46 @@ impl Workspace {
         let mechanics = self.model.mechanics().clone();
         mechanics.set_prescribed(state.time, &mut state.x);
         let mut done = Relaxation::default();
-        let mut saddles = 0;
-        loop {
-            self.flow(state, &mut done)?;
+        let mut ramp = self.ramp_from(state)?;
+        for _ in 0..=MAX_SADDLES {
+            self.flow(state, ramp.take(), &mut done)?;
             if self.model.conditions_follow_shape() {
                 done.add(&self.relax(state)?);
             }
-            if saddles == MAX_SADDLES || !self.leave_saddle(state, &mut done)? {
+            if !self.leave_saddle(state, &mut done)? {
                 break;
             }
-            saddles += 1;
         }
         self.align(state, &begin)?;
         Ok(done)
     }
 
+    /// From the lengths that the edges of `state` have to those of its species; none where these are the same.
+    fn ramp_from(&mut self, state: &State) -> Result<Option<LengthRamp>> {
+        let model = self.model.clone();
+        let Some(to) = self.at(state).length_factor()?.map(|to| to.into_owned()) else {
+            return Ok(None);
+        };
+        let rest = model.mechanics().reference().length();
+        let length = |(edge, rest): (&crate::sheet::Edge, &f64)| {
+            let [a, b] = edge.vertices.map(|v| state.x[v as usize]);
+            (b - a).norm() / rest
+        };
+        let from: Vec<f64> = model.sheet().edges().iter().zip(rest).map(length).collect();
+        let strain = self.reduction().max(to.len(), |e| (to[e] / from[e]).ln().abs());
+        Ok((strain > SMALL_STRAIN).then_some(LengthRamp { from, to }))
+    }
+
     /// The motion to an equilibrium, stable or not.
-    fn flow(&mut self, state: &mut State, done: &mut Relaxation) -> Result<()> {
-        if let Some(near) = self.rest_nearby(state)? {
+    fn flow(
+        &mut self,
+        state: &mut State,
+        ramp: Option<LengthRamp>,
+        done: &mut Relaxation,
+    ) -> Result<()> {
+        if ramp.is_none()
+            && let Some(near) = self.rest_nearby(state)?
+        {
             done.add(&near);
             return Ok(());
         }
@@ -100,9 +135,11 @@ impl Workspace {
         }
         let edge = self.model.mechanics().reference().mean_edge();
         let most = self.iterations() + ITERATION_BUDGET * self.most_iterations();
-        let (mut motion, mut clock, mut step) = (Motion::default(), 0.0, self.first_step(state)?);
-        while self.iterations() <= most && step > 0.0 {
-            let next = self.step_in_pseudo_time(&mut motion, state, (clock, clock + step));
+        let mut motion = Motion::default();
+        let mut course = self.begin_course(state, ramp)?;
+        while self.iterations() <= most && course.step > 0.0 {
+            let until = course.end_of_step();
+            let next = self.step_in_pseudo_time(&mut motion, state, &course, until);
             let (x, error) = match next {
                 Ok((x, more, error)) => {
                     done.add(&more);
@@ -111,9 +148,7 @@ impl Workspace {
                 Err(error) if error.is_without_rest() => (Vec::new(), f64::INFINITY),
                 Err(error) => return Err(error),
             };
-            let factor = SAFETY / error.sqrt();
-            if !(error <= 1.0) {
-                step *= if factor.is_nan() { STEP_FACTORS.0 } else { factor.max(STEP_FACTORS.0) };
+            if !course.accepts(until, error) {
                 continue;
             }
             if is_turned(self.model.sheet(), &state.x, &x) {
@@ -121,9 +156,8 @@ impl Workspace {
             }
             let moved = self.reduction().distance(&state.x, &x);
             state.x = x.into();
-            clock += step;
-            step *= factor.clamp(STEP_FACTORS.0, STEP_FACTORS.1);
-            if moved < NEARBY * edge
+            if course.is_frozen()
+                && moved < NEARBY * edge
                 && let Some(near) = self.rest_nearby(state)?
             {
                 done.add(&near);
@@ -138,24 +172,37 @@ impl Workspace {
         &mut self,
         motion: &mut Motion,
         state: &State,
-        clock: (f64, f64),
+        course: &Course,
+        until: f64,
     ) -> Result<(Vec<Vec3>, Relaxation, f64)> {
         let tolerance = self.model.shape_unit(state, TOLERANCE);
-        let by = Stepping { drag: 1.0, second_order: true, tolerance, relative: TOLERANCE.0 };
-        let at = state.clone();
-        let moved = motion.advance(self, state, clock, &Route::frozen(&at, clock), &by)?;
+        let by = Stepping { drag: course.drag, second_order: true, tolerance, relative: TOLERANCE.0 };
+        let (at, clock) = (state.clone(), (course.clock, until));
+        let route = Route::frozen(&at, clock, course.ramp.as_ref());
+        let moved = motion.advance(self, state, clock, &route, &by)?;
         let [coarse, fine] = [moved.coarse, moved.x].map(|x| State { x: x.into(), ..at.clone() });
         let error = self.model.shape_misfit(state, (&coarse, &fine), TOLERANCE);
         Ok((fine.x.into(), moved.done, error))
     }
 
-    /// The pseudo-time in which the largest force moves a vertex by a small part of an edge.
-    fn first_step(&mut self, state: &State) -> Result<f64> {
+    /// The beginning of a motion in pseudo-time, in which the largest force moves a vertex by a small part of an edge in the first step, or
+    /// the lengths go a small part of their way.
+    fn begin_course(&mut self, state: &State, ramp: Option<LengthRamp>) -> Result<Course> {
         let model = self.model.clone();
-        let gradient = self.at(state).gradient()?;
-        let speed = |i: usize| gradient[i].norm() / model.drag().at(i);
+        let edge = model.mechanics().reference().mean_edge();
+        let mean = model.drag().mean(model.sheet());
+        let mut at = self.at(state);
+        let gradient = at.gradient()?;
+        let potential = at.potential()?;
+        let stiffness = potential.force_scale() / potential.metric().mean_edge();
+        let drag = DRAG * stiffness / mean;
+        let speed = |i: usize| gradient[i].norm() / (drag * model.drag().at(i));
         let fastest = self.reduction().max(gradient.len(), speed);
-        Ok(FIRST_DISPLACEMENT * model.mechanics().reference().mean_edge() / fastest)
+        let step = match ramp {
+            Some(_) => FIRST_SHARE,
+            None => FIRST_DISPLACEMENT * edge / fastest,
+        };
+        Ok(Course { drag, ramp, clock: 0.0, step })
     }
 
     /// Why no equilibrium is found near the shape of `state`.
@@ -170,5 +217,42 @@ impl Workspace {
         });
         self.set_stuck(state.clone());
         cause.ok().flatten().unwrap_or(SolveError::WithoutRest { time: state.time })
+    }
+}
+
+/// How far a motion in pseudo-time has come.
+struct Course {
+    /// A factor on the drag of the scene.
+    drag: f64,
+    ramp: Option<LengthRamp>,
+    clock: f64,
+    /// Length of the next step.
+    step: f64,
+}
+
+impl Course {
+    /// Whether nothing changes any more but the shape.
+    fn is_frozen(&self) -> bool {
+        self.ramp.is_none() || self.clock >= 1.0
+    }
+
+    fn end_of_step(&self) -> f64 {
+        match self.is_frozen() {
+            true => self.clock + self.step,
+            false => end_of_step(self.clock, self.step, 1.0),
+        }
+    }
+
+    /// Continues from `until` after a step whose error is below 1; otherwise it is to be repeated by a shorter one.
+    fn accepts(&mut self, until: f64, error: f64) -> bool {
+        let (length, factor) = (until - self.clock, SAFETY / error.sqrt());
+        let factor = if factor.is_nan() { STEP_FACTORS.0 } else { factor };
+        if error <= 1.0 {
+            self.clock = until;
+            self.step = length * factor.clamp(STEP_FACTORS.0, STEP_FACTORS.1);
+            return true;
+        }
+        self.step = length * factor.clamp(STEP_FACTORS.0, SAFETY);
+        false
     }
 }
