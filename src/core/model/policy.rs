@@ -93,7 +93,7 @@ pub struct Stabilisation {
 
 impl Stabilisation {
     /// V of a scene that gives none.
-    pub const DEFAULT: f64 = 1e-5;
+    pub const DEFAULT: f64 = 1e-3;
 }
 
 impl Default for Stabilisation {

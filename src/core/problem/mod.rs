@@ -37,8 +37,8 @@ use crate::effects::{
 use crate::geometry::VertexArea;
 use crate::kinetics::{Kinetics, Location};
 use crate::model::{
-    Chemistry, DragSpec, Mechanics, Model, ParameterFields, Policy, Positions,
-    Stabilisation, Start, State, TensionReading,
+    Chemistry, DragSpec, Mechanics, Model, ParameterFields, Policy, Positions, Stabilisation,
+    Start, State, TensionReading,
 };
 use crate::sheet::Sheet;
 use crate::solve::equilibrium::LbfgsSpec;

@@ -23,8 +23,8 @@ pub mod staggered;
 mod workspace;
 
 pub use error::{Result, SolveError};
-pub use workspace::{Control, Workspace};
 pub use workspace::Relaxer;
+pub use workspace::{Control, Workspace};
 
 use crate::model::{Mechanics, State, Storage};
 use crate::num::checked::Positive;

@@ -36,11 +36,7 @@ impl<'a> Route<'a> {
     }
 
     /// The conditions of one state during a span of pseudo-time, but for lengths on a ramp.
-    pub(super) fn frozen(
-        at: &'a State,
-        clock: (f64, f64),
-        ramp: Option<&'a LengthRamp>,
-    ) -> Self {
+    pub(super) fn frozen(at: &'a State, clock: (f64, f64), ramp: Option<&'a LengthRamp>) -> Self {
         Self { from: at, to: at, clock, ramp }
     }
 

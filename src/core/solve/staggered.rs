@@ -151,7 +151,8 @@ impl Integrator for Staggered {
         state: &mut State,
         until: f64,
     ) -> Result<StepReport> {
-        let before = (self.step, self.first, self.error, self.motion.clone(), self.stabilised.clone());
+        let before =
+            (self.step, self.first, self.error, self.motion.clone(), self.stabilised.clone());
         let done = match self.spec.method {
             Method::Euler => self.euler(workspace, state, until),
             Method::Heun => self.heun(workspace, state, until),

@@ -36,8 +36,8 @@ use crate::model::State;
 use crate::solve::equilibrium::Relaxation;
 use crate::solve::{Result, Workspace};
 
-/// Iterations of relaxations between two checks of the stability of the shape, which cost about as much as ten.
-const CHECK_INTERVAL: usize = 50;
+/// Iterations of relaxations between two checks of the stability of the shape: a check costs about as much as ten.
+const CHECK_INTERVAL: usize = 10;
 /// Work of the drag below this share of the energy is round-off.
 const ROUND_OFF: f64 = 1e-9;
 
@@ -91,19 +91,18 @@ impl Staggered {
         let before = workspace.energy(state)?;
         let moved = workspace.energy(next)?;
         let mut rests = false;
- let mv = next.x.clone();
         if let Some(near) = workspace.rest_nearby(next)? {
-            eprintln!("near {} it {} res {:.3e} reported {:.3e}", near.energy, near.iterations, near.residual, workspace.reported_residual(next)?);done.add(&near);
+            done.add(&near);
             rests = true;
         }
-        eprintln!("t {:.5} dt {:.3e} drag {:.3e} rests {rests} by rest {:.4} edges, step moved {:.3} D {:.3e}", next.time, next.time-state.time, self.stabilised.drag.unwrap_or(0.0), workspace.reduction().distance(&mv,&next.x)/mechanics.reference().mean_edge(), workspace.reduction().distance(&state.x,&next.x)/mechanics.reference().mean_edge(), by_drag);
+
         let after = if rests { workspace.energy(next)? } else { moved };
         done.dissipated += by_drag + (moved - after);
         done.supplied += after - before + by_drag + (moved - after);
         self.stabilised.unchecked += done.iterations;
-        if rests && self.stabilised.unchecked >= std::env::var("CHECK").ok().and_then(|v| v.parse().ok()).unwrap_or(CHECK_INTERVAL) {
+        if rests && self.stabilised.unchecked >= CHECK_INTERVAL {
             self.stabilised.unchecked = 0;
-            let left = workspace.leave_saddle(next, done)?; eprintln!("   check: left {left}");
+            workspace.leave_saddle(next, done)?;
         }
         done.residual = workspace.reported_residual(next)?;
         self.note_snap(workspace, state, next, (after, done));
@@ -118,8 +117,8 @@ impl Staggered {
         next: &State,
         (energy, done): (f64, &mut Relaxation),
     ) {
-        let snaps = done.dissipated > done.supplied.abs()
-            && done.dissipated > ROUND_OFF * energy.abs();
+        let snaps =
+            done.dissipated > done.supplied.abs() && done.dissipated > ROUND_OFF * energy.abs();
         if !snaps {
             if let Some(snap) = self.stabilised.snap.take() {
                 (done.snaps, done.released, done.snapped) = (1, snap.released, Some(snap.vertex));

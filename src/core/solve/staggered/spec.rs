@@ -110,9 +110,8 @@ impl IntegratorSpec for StaggeredSpec {
                     if self.shape.is_some() { "time.integrator.shape" } else { "the default" };
                 format!("shape: moved under drag by {} ({why})", self.motion().name())
             }
-            false => {
-                "shape: moved under a stabilising drag, to rest where an equilibrium is near".to_owned()
-            }
+            false => "shape: moved under a stabilising drag, to rest where an equilibrium is near"
+                .to_owned(),
         };
         let species = match (policy.chemistry > 0.0, self.chemistry.unwrap_or(self.usual())) {
             (true, method) => {

@@ -44,6 +44,8 @@ const SAFETY: f64 = 0.9;
 const STEP_FACTORS: (f64, f64) = (0.1, 4.0);
 /// Most iterations, in units of those after which a single relaxation has failed.
 const ITERATION_BUDGET: u64 = 10;
+/// Most minimisations where lengths depend on the shape; each leaves a small part of the force.
+const MAX_ROUNDS: usize = 10;
 /// Most saddles that are left one after the other.
 const MAX_SADDLES: usize = 5;
 
@@ -57,20 +59,26 @@ impl Workspace {
         &mut self,
         state: &mut State,
     ) -> Result<Option<Relaxation>> {
-        let mut next = state.clone();
-        let minimisation = Minimisation {
-            trust: Some(std::env::var("NEARBY").ok().and_then(|v| v.parse().ok()).unwrap_or(NEARBY)),
-            distance_tolerance: DISTANCE_TOLERANCE,
-            ..Minimisation::default()
-        };
-        match self.minimise(&mut next, minimisation) {
-            Ok(done) => {
-                state.x = next.x;
-                Ok(Some(done))
+        let (mut next, mut done) = (state.clone(), Relaxation::default());
+        // Where species live on faces, optimal lengths are those of the shape that a minimisation begins with.
+        let rounds = if self.model.conditions_follow_shape() { MAX_ROUNDS } else { 1 };
+        for _ in 0..rounds {
+            let minimisation = Minimisation {
+                trust: Some(NEARBY),
+                distance_tolerance: DISTANCE_TOLERANCE,
+                ..Minimisation::default()
+            };
+            match self.minimise(&mut next, minimisation) {
+                Ok(more) => done.add(&more),
+                Err(error) if error.is_without_rest() => return Ok(None),
+                Err(error) => return Err(error),
             }
-            Err(error) if error.is_without_rest() => { eprintln!("no rest: {error}"); Ok(None) }
-            Err(error) => Err(error),
+            if rounds > 1 && self.reported_residual(&next)? <= self.force_tolerance() {
+                break;
+            }
         }
+        state.x = next.x;
+        Ok(Some(done))
     }
 
     /// Lets the shape of `state` follow the overdamped motion under its conditions to a stable equilibrium, while lengths go
@@ -89,9 +97,6 @@ impl Workspace {
         let mut ramp = self.ramp_from(state)?;
         for _ in 0..=MAX_SADDLES {
             self.flow(state, ramp.take(), &mut done)?;
-            if self.model.conditions_follow_shape() {
-                done.add(&self.relax(state)?);
-            }
             if !self.leave_saddle(state, &mut done)? {
                 break;
             }
@@ -176,7 +181,8 @@ impl Workspace {
         until: f64,
     ) -> Result<(Vec<Vec3>, Relaxation, f64)> {
         let tolerance = self.model.shape_unit(state, TOLERANCE);
-        let by = Stepping { drag: course.drag, second_order: true, tolerance, relative: TOLERANCE.0 };
+        let by =
+            Stepping { drag: course.drag, second_order: true, tolerance, relative: TOLERANCE.0 };
         let (at, clock) = (state.clone(), (course.clock, until));
         let route = Route::frozen(&at, clock, course.ramp.as_ref());
         let moved = motion.advance(self, state, clock, &route, &by)?;
