@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use crate::model::{Policy, Start};
-use crate::num::checked::{AtLeast, NonNegative, Positive};
+use crate::num::checked::{AtLeast, Fraction, Positive};
 use crate::solve::{
     DEFAULT_INTEGRATOR, IntegratorSpec, POINT_INTEGRATOR, POINT_TOLERANCE,
     STEADY_CHEMISTRY_INTEGRATOR,
@@ -50,10 +50,10 @@ pub struct Span {
     /// (the default under quasi-static), or that shape as it is given (under the other policies).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<Start>,
-    /// Strength of the small drag that stabilises a quasi-static shape, relative to rtol times the stretching stiffness times
-    /// the time of the chemistry; 0 for one relaxation a step without drag.
+    /// Largest share of the energy supplied in a step that the small drag which stabilises a quasi-static shape takes up; the
+    /// relative tolerance if not given; 0 for one relaxation a step without drag.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub stabilisation: Option<NonNegative>,
+    pub stabilisation: Option<Fraction>,
     /// Stop when the rates fall below this.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stop_when_steady: Option<Positive>,

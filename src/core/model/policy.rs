@@ -82,22 +82,18 @@ impl Policy {
     }
 }
 
-/// Automatic stabilisation of a quasi-static shape: the strength of a small drag.
+/// Automatic stabilisation of a quasi-static shape by a small drag.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stabilisation {
-    /// V, the drag relative to `rtol Y T`; 0 for one relaxation a step without drag.
-    pub strength: f64,
-    /// The span of the run, the most that T is.
+    /// Largest share of the energy supplied in a step that the drag takes up; the relative tolerance for none; 0 for one
+    /// relaxation a step without drag.
+    pub share: Option<f64>,
+    /// The span of the run, the longest time scale of the chemistry.
     pub span: f64,
-}
-
-impl Stabilisation {
-    /// V of a scene that gives none.
-    pub const DEFAULT: f64 = 1e-3;
 }
 
 impl Default for Stabilisation {
     fn default() -> Self {
-        Self { strength: Self::DEFAULT, span: f64::INFINITY }
+        Self { share: None, span: f64::INFINITY }
     }
 }

@@ -195,7 +195,7 @@ impl<'a> Problem<'a> {
         Self { drag, ..self }
     }
 
-    /// The strength of the drag that stabilises a quasi-static shape ([`Stabilisation::strength`]); the default for none.
+    /// How far a small drag stabilises a quasi-static shape ([`Stabilisation::share`]).
     #[must_use]
     pub fn stabilisation(self, stabilisation: impl Into<Option<f64>>) -> Self {
         Self { stabilisation: stabilisation.into(), ..self }
@@ -268,8 +268,7 @@ impl<'a> Problem<'a> {
         let effects = self.effects.iter().map(|effect| &**effect as &dyn EffectSpec);
         let breakpoints = Breakpoints::of(effects, &self.sheet, self.until);
         let mut workspace = Workspace::new(Arc::new(model), relaxer);
-        let strength = self.stabilisation.unwrap_or(Stabilisation::DEFAULT);
-        workspace.stabilisation = Stabilisation { strength, span: self.until };
+        workspace.stabilisation = Stabilisation { share: self.stabilisation, span: self.until };
         let start = self.start.unwrap_or(self.policy.start());
         Ok(Stepper { workspace, state, integrator, start, area, breakpoints })
     }

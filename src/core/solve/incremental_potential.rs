@@ -76,6 +76,8 @@ pub(super) struct Stepping {
     pub(super) tolerance: f64,
     /// nor those below this share of the largest displacement: however short steps are, together they move the sheet.
     pub(super) relative: f64,
+    /// Largest estimated distance of a stage to its minimum, in mean edges.
+    pub(super) distance_tolerance: f64,
 }
 
 /// Where a step led.
@@ -277,7 +279,9 @@ impl Stage<'_> {
         let (mut state, lengths) = (self.route.at(clock, &start), self.route.lengths(clock));
         workspace.check_way(self.from, &state)?;
         let anchor = Some(pull);
-        let minimisation = Minimisation { anchor, guess, lengths, ..Minimisation::default() };
+        let distance_tolerance = self.by.distance_tolerance;
+        let minimisation =
+            Minimisation { anchor, guess, lengths, distance_tolerance, ..Minimisation::default() };
         let done = workspace.minimise(&mut state, minimisation)?;
         Ok((state, done))
     }

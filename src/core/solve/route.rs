@@ -20,11 +20,8 @@ pub(super) struct LengthRamp {
 }
 
 impl LengthRamp {
-    /// Φ(s), of 1 from there on.
+    /// Φ(s).
     fn at(&self, s: f64) -> Vec<f64> {
-        if s >= 1.0 {
-            return self.to.clone();
-        }
         self.from.iter().zip(&self.to).map(|(a, b)| a.powf(1.0 - s) * b.powf(s)).collect()
     }
 }
@@ -40,9 +37,10 @@ impl<'a> Route<'a> {
         Self { from: at, to: at, clock, ramp }
     }
 
-    /// The length factors in place of those of the species when the clock shows `t`.
+    /// The length factors in place of those of the species when the clock shows `t`; at the end of a ramp, and from there on, the
+    /// species give them.
     pub(super) fn lengths(&self, t: f64) -> Option<Vec<f64>> {
-        self.ramp.map(|ramp| ramp.at(t))
+        self.ramp.filter(|_| t < 1.0).map(|ramp| ramp.at(t))
     }
 
     /// Readings of the clock at both ends.

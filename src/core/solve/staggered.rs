@@ -62,6 +62,7 @@ use super::internal_variables::InternalSteps;
 use super::monolithic::Monolithic;
 use super::rejections::{Cause, Rejection};
 use super::route::Route;
+use super::workspace::DISTANCE_TOLERANCE;
 use super::{
     Integrator, Result, SolveError, StepReport, Workspace, end_of_fixed_step, end_of_step,
 };
@@ -241,12 +242,12 @@ impl Staggered {
                 }
             };
             let second_order = self.shape == MotionMethod::Sdirk2;
-            let drag = match self.policy.mechanics > 0.0 {
-                true => 1.0,
-                false => self.stabilising_drag(workspace, state)?,
+            let (drag, distance_tolerance) = match self.policy.mechanics > 0.0 {
+                true => (1.0, f64::INFINITY),
+                false => (self.stabilising_drag(workspace, state)?, DISTANCE_TOLERANCE),
             };
             let relative = self.spec.rtol.get();
-            let by = Stepping { drag, second_order, tolerance, relative };
+            let by = Stepping { drag, second_order, tolerance, relative, distance_tolerance };
             let to = next.clone();
             let route = Route::in_time(state, &to);
             let moved = self.motion.advance(workspace, state, route.clock(), &route, &by)?;
@@ -271,7 +272,7 @@ impl Staggered {
 
     /// Whether the shape is relaxed once a step without drag, rather than moved.
     fn relaxes(&self, workspace: &Workspace) -> bool {
-        let plain = workspace.stabilisation.strength == 0.0 || !workspace.reaches_rest();
+        let plain = workspace.stabilisation.share == Some(0.0) || !workspace.reaches_rest();
         self.policy.mechanics == 0.0 && plain
     }
 

@@ -8,6 +8,7 @@ mod saddle;
 use std::sync::Arc;
 
 pub(super) use minimisation::Minimisation;
+pub(super) use rest::DISTANCE_TOLERANCE;
 
 use super::diagnosis::Diagnosis;
 use super::equilibrium::{self, Equilibrium, Relaxation};

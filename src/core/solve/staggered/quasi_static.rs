@@ -1,14 +1,15 @@
 //! The quasi-static shape: the motion under a small drag, and rest where an equilibrium is near.
 //!
 //! ```text
-//! η W dx/dt = -∂U/∂x (x; q(t))          η W̄ = V rtol Y T
+//! η W dx/dt = -∂U/∂x (x; q(t))          η W̄ ≤ 10⁻³ S Y T,      dissipated ≤ S (supplied + dissipated)
 //! ```
 //!
 //! Users of finite elements know this as automatic stabilisation: an artificial drag, so small that its work does not
-//! count, lets the shape go through instabilities. W is the drag of the scene with the mean W̄; Y the stretching stiffness,
-//! force/length; T the time in which the fastest species changes by its typical magnitude at first, at most the span of
-//! the run; V is `time.stabilisation`. η is constant in time. The step is that of `simultaneous`, with the same stages, error
-//! estimate and control. At its end
+//! count, lets the shape go through instabilities. S is `time.stabilisation`, the relative tolerance if the scene gives
+//! none; W is the drag of the scene with the mean W̄; Y the stretching stiffness, force/length; T the time in which the
+//! fastest species changes by its typical magnitude at first, at most the span of the run. η begins at its largest; after a
+//! step whose drag takes up more than the share S of the energy supplied it is lowered in proportion. The step is that of
+//! `simultaneous`, with the same stages, error estimate and control. At its end
 //!
 //! ```text
 //! 0 = -∂U/∂x (x; q(t_n+1))              within a quarter of an edge
@@ -24,7 +25,7 @@
 //! U(x_n+1; q_n+1) - U(x_n; q_n) = supplied - dissipated
 //! ```
 //!
-//! In a snap the sheet dissipates more than is supplied.
+//! In a snap the sheet dissipates more than is supplied, however small the drag is: there η stays what it is.
 //!
 //! References: Agostiniani & Rossi, J. Differential Equations 263 (2017) (the limit of vanishing drag); Scilla &
 //! Solombrino, arXiv:1712.06182 (minimising movements with a drag that vanishes).
@@ -38,14 +39,18 @@ use crate::solve::{Result, Workspace};
 
 /// Iterations of relaxations between two checks of the stability of the shape: a check costs about as much as ten.
 const CHECK_INTERVAL: usize = 10;
+/// The largest drag in units of `S Y T`. Larger ones delay slow instabilities; smaller ones cost steps in snaps.
+const LARGEST_DRAG: f64 = 1e-3;
+/// The drag changes by factors between these from step to step.
+const DRAG_FACTORS: (f64, f64) = (0.1, 2.0);
 /// Work of the drag below this share of the energy is round-off.
 const ROUND_OFF: f64 = 1e-9;
 
 /// What a quasi-static shape keeps from step to step.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Stabilised {
-    /// η, a factor on the drag of the scene; none before the first step.
-    drag: Option<f64>,
+    /// η and the most that it is, factors on the drag of the scene; none before the first step.
+    drag: Option<(f64, f64)>,
     /// Iterations since the stability of the shape was checked.
     unchecked: usize,
     /// The snap that is under way.
@@ -69,13 +74,17 @@ impl Staggered {
         workspace: &mut Workspace,
         state: &State,
     ) -> Result<f64> {
-        if let Some(drag) = self.stabilised.drag {
+        if let Some((drag, _)) = self.stabilised.drag {
             return Ok(drag);
         }
-        let strength = workspace.stabilisation.strength * self.spec.rtol.get();
-        let drag = strength * workspace.unit_drag(state)?;
-        self.stabilised.drag = Some(drag);
-        Ok(drag)
+        let most = LARGEST_DRAG * self.largest_share(workspace) * workspace.unit_drag(state)?;
+        self.stabilised.drag = Some((most, most));
+        Ok(most)
+    }
+
+    /// S, the largest share of the energy supplied that the drag takes up.
+    fn largest_share(&self, workspace: &Workspace) -> f64 {
+        workspace.stabilisation.share.unwrap_or(self.spec.rtol.get())
     }
 
     /// Brings the shape of `next`, which has moved from that of `state` under drag, to rest if an equilibrium is near.
@@ -109,6 +118,16 @@ impl Staggered {
         Ok(())
     }
 
+    /// Lowers η where the drag took up more than the share `largest` of the energy supplied, and raises it again.
+    fn adapt_drag(&mut self, largest: f64, done: &Relaxation) {
+        let share = done.dissipated / (done.dissipated + done.supplied.abs());
+        if let Some((drag, most)) = &mut self.stabilised.drag
+            && share.is_finite()
+        {
+            *drag = (*drag * (largest / share).clamp(DRAG_FACTORS.0, DRAG_FACTORS.1)).min(*most);
+        }
+    }
+
     /// Follows a snap: it is over in the first step that dissipates less than is supplied.
     fn note_snap(
         &mut self,
@@ -120,6 +139,7 @@ impl Staggered {
         let snaps =
             done.dissipated > done.supplied.abs() && done.dissipated > ROUND_OFF * energy.abs();
         if !snaps {
+            self.adapt_drag(self.largest_share(workspace), done);
             if let Some(snap) = self.stabilised.snap.take() {
                 (done.snaps, done.released, done.snapped) = (1, snap.released, Some(snap.vertex));
             }

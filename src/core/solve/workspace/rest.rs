@@ -29,7 +29,7 @@ use crate::sheet::is_turned;
 /// came to minima that depended on the linear solver.
 pub(in crate::solve) const NEARBY: f64 = 0.25;
 /// Largest estimated distance to a minimum, in mean edges: forces alone leave soft bending modes far from it.
-const DISTANCE_TOLERANCE: f64 = 0.02;
+pub(in crate::solve) const DISTANCE_TOLERANCE: f64 = 0.02;
 /// Tolerances of a step in pseudo-time, relative to the largest displacement and in mean edges.
 const TOLERANCE: (f64, f64) = (0.05, 0.1);
 /// Drag in units of the stretching stiffness, where lengths are ramped in one unit of pseudo-time.
@@ -181,8 +181,13 @@ impl Workspace {
         until: f64,
     ) -> Result<(Vec<Vec3>, Relaxation, f64)> {
         let tolerance = self.model.shape_unit(state, TOLERANCE);
-        let by =
-            Stepping { drag: course.drag, second_order: true, tolerance, relative: TOLERANCE.0 };
+        let by = Stepping {
+            drag: course.drag,
+            second_order: true,
+            tolerance,
+            relative: TOLERANCE.0,
+            distance_tolerance: DISTANCE_TOLERANCE,
+        };
         let (at, clock) = (state.clone(), (course.clock, until));
         let route = Route::frozen(&at, clock, course.ramp.as_ref());
         let moved = motion.advance(self, state, clock, &route, &by)?;
