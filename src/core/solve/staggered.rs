@@ -437,18 +437,16 @@ impl Staggered {
         if error > 1.0 {
             return Ok((next, error));
         }
-        match coarse {
-            Some(coarse) => {
-                // Moved through what the species did at first, slow waves err by Δt times what these then
-                // change, no more than the method itself; stiff ones are to be brought along.
-                predicted.x = coarse.into();
-                report.relaxation.add(&self.motion.correct(workspace, &mut next)?);
-                report.relaxation.residual = workspace.reported_residual(&next)?;
-            }
-            None => {
-                self.follow_shape(workspace, &predicted, &mut next, &mut report.relaxation)?;
-            }
-        }
+        let Some(coarse) = coarse else {
+            self.follow_shape(workspace, &predicted, &mut next, &mut report.relaxation)?;
+            let error = error.max(self.shape_error(workspace, state, &predicted, &next));
+            return Ok((next, error));
+        };
+        predicted.x = coarse.into();
+        // Moved through what the species did at first, slow waves err by Δt times what these then change, no more than the
+        // method itself; stiff ones are to be brought along.
+        report.relaxation.add(&self.motion.correct(workspace, &mut next)?);
+        report.relaxation.residual = workspace.reported_residual(&next)?;
         let error = error.max(self.shape_error(workspace, state, &predicted, &next));
         if error <= 1.0 && self.is_stabilised(workspace) {
             self.rest(workspace, state, &mut next, &mut report.relaxation)?;

@@ -38,7 +38,7 @@ use crate::solve::equilibrium::Relaxation;
 use crate::solve::{Result, Workspace};
 
 /// Iterations of relaxations between two checks of the stability of the shape: a check costs about as much as ten.
-const CHECK_INTERVAL: usize = 10;
+const CHECK_INTERVAL: usize = 20;
 /// The largest drag in units of `S Y T`. Larger ones delay slow instabilities; smaller ones cost steps in snaps.
 const LARGEST_DRAG: f64 = 1e-3;
 /// The drag changes by factors between these from step to step.
@@ -99,12 +99,9 @@ impl Staggered {
         let by_drag = self.motion.dissipated(&mechanics, &next.x);
         let before = workspace.energy(state)?;
         let moved = workspace.energy(next)?;
-        let mut rests = false;
-        if let Some(near) = workspace.rest_nearby(next)? {
-            done.add(&near);
-            rests = true;
-        }
-
+        let near = workspace.rest_nearby(next)?;
+        let rests = near.is_some();
+        done.add(&near.unwrap_or_default());
         let after = if rests { workspace.energy(next)? } else { moved };
         done.dissipated += by_drag + (moved - after);
         done.supplied += after - before + by_drag + (moved - after);

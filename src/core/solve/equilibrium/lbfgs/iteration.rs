@@ -29,8 +29,8 @@ const SOFT_METRIC_HALVINGS: usize = 3;
 /// A factor made for weights of an anchor that differ by less than this serves. Not the factor by which steps
 /// grow: there the last digit would decide.
 const WEIGHT_RATIO_TOLERANCE: f64 = 2.5;
-/// Weights below this, in units of the stretching stiffness, are as good as none where a path is followed, by one
-/// minimisation with a weight and one without in turn.
+/// Weights below this, in units of the stretching stiffness, are as good as none: a quasi-static step has minimisations with
+/// a weight and one without.
 const NEGLIGIBLE_WEIGHT: f64 = 1e-5;
 /// Most iterations at forces below the tolerance, where displacements are bounded as well: a floppy sheet has modes
 /// without stiffness.
@@ -125,7 +125,7 @@ impl Lbfgs {
         goal: &Goal<'_>,
         patience: usize,
     ) -> Result<(Relaxation, Outcome), SolveError> {
-        let (mut at, rules, mut progress) = self.start(potential, x, goal, patience);
+        let (mut at, rules, mut progress) = self.start(potential, x, patience);
         loop {
             at.report(potential);
             let balanced = reached(potential, &at.done, goal, x)?;
@@ -184,14 +184,13 @@ impl Lbfgs {
         &mut self,
         potential: &mut Potential,
         x: &[Vec3],
-        goal: &Goal<'_>,
         patience: usize,
     ) -> (Iterate, Rules, Progress) {
         self.fixed.clear();
         let mut gradient = vec![Vec3::zeros(); x.len()];
         let energy = self.evaluate(potential, x, &mut gradient);
         let at = Iterate::new(gradient, energy);
-        let rules = self.begin(potential, goal);
+        let rules = self.begin(potential);
         let kinks = rules.turns && self.inverse.is_vertexwise();
         let patience = if kinks { patience.min(KINK_ITERATIONS) } else { patience };
         let progress = Progress::new(energy, potential.residual(&at.gradient), patience);
@@ -218,16 +217,16 @@ impl Lbfgs {
     }
 
     /// Prepares for the energy of `potential`: whether the factor that there is serves it.
-    fn begin(&mut self, potential: &Potential, goal: &Goal<'_>) -> Rules {
+    fn begin(&mut self, potential: &Potential) -> Rules {
         let turns = self.options.collapse == Some(Collapse::Turn);
         let least = |anchor: &Anchor| anchor.weights.least(potential.reduction());
         let anchor = potential.anchor().map(|anchor| (least(anchor), anchor.slack));
         let (weight, slack) = anchor.unwrap_or_default();
         // Under drag the energy is convex where steps are short, and its minimum near.
         self.try_full_below = if anchor.is_some() { f64::INFINITY } else { NEARLY_AT_REST };
-        self.supported = anchor.is_some() && goal.trust.is_none();
         let unit = potential.force_scale() / potential.metric().mean_edge();
-        let floor = if goal.trust.is_some() { NEGLIGIBLE_WEIGHT * unit } else { 0.0 };
+        let floor = NEGLIGIBLE_WEIGHT * unit;
+        self.supported = weight > floor;
         let ratio = (weight + floor) / (self.factor.weight + floor);
         let fits = weight == self.factor.weight || ratio.ln().abs() <= WEIGHT_RATIO_TOLERANCE.ln();
         self.factor.ready &= fits;
