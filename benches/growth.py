@@ -2,7 +2,7 @@
 
 A free sheet that grows uniformly is similar to itself as long as bending does not see its size: flat sheets and the
 closed sphere. Of an open cylinder the energy is compared with that of a motion under a drag of 1e-4. Prints one line a scene:
-the energies, and the steps, iterations and jumps. A star marks flat sheets with an imperfection.
+the energies, and the steps, iterations and snaps. A star marks flat sheets with an imperfection.
 
     python3 benches/growth.py [--rumple target/release/rumple] [--only NAME]
 """
@@ -62,7 +62,7 @@ def run(rumple, path, directory):
         "first": float(rows[0]["total energy [energy]"]),
         "steps": len(rows) - 1,
         "iterations": sum(int(row["iterations"]) for row in rows),
-        "jumps": sum(int(row.get("jumps", 0)) for row in rows),
+        "snaps": sum(int(row.get("snaps", 0)) for row in rows),
     }
 
 
@@ -73,7 +73,7 @@ def main():
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
-        print("shape       growth      by           energy at the start and end      under drag  steps  iterations  jumps")
+        print("shape       growth      by           energy at the start and end      under drag  steps  iterations  snaps")
         for name, sheet in {**FLAT, **CURVED}.items():
             for bumpy in ("", ", imperfection = { amplitude = 1e-3, seed = 1 }"):
                 if bumpy and name not in FLAT or options.only not in name:
@@ -90,7 +90,7 @@ def main():
                         under = math.nan if drag is None else drag["energy"]
                         print(
                             f"{label} {here['first']:.6e} {here['energy']:.6e} {under:15.6e} {here['steps']:6} "
-                            f"{here['iterations']:11} {here['jumps']:6}",
+                            f"{here['iterations']:11} {here['snaps']:6}",
                             flush=True,
                         )
 

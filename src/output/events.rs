@@ -1,9 +1,9 @@
 //! The events of a run: a line for everything that happened rather than went on.
 //!
 //! ```text
-//! time,step,kind,smallest eigenvalue [force/length^3],negative directions,energy released [energy],vertex,x [length],y [length],z [length],modes
-//! 1.25,37,loss of stability,-3.1e-5,1,,,,,,modes/mode_000000.vtu
-//! 1.5,41,snap,,,0.32,118,3.1,-0.2,1.4,
+//! time,step,kind,smallest eigenvalue [force/length^3],negative directions,energy released [energy],modes,vertex,x [length],y [length],z [length]
+//! 1.25,37,loss of stability,-3.1e-5,1,,modes/mode_000000.vtu,,,,
+//! 1.5,41,snap,,,0.32,,118,3.1,-0.2,1.4
 //! ```
 
 use std::fs::{File, OpenOptions};
@@ -14,7 +14,7 @@ use super::encode::decimal;
 use super::{OutputError, atomic};
 
 const HEADER: &str = "time,step,kind,smallest eigenvalue [force/length^3],negative directions,\
-                      energy released [energy],vertex,x [length],y [length],z [length],modes\n";
+                      energy released [energy],modes,vertex,x [length],y [length],z [length]\n";
 
 /// Something that happened; what does not apply is none.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -110,7 +110,7 @@ impl Events {
         let [x, y, z] = [0, 1, 2].map(|a| number(place.map(|(_, x)| x[a])));
         let vertex = place.map_or_else(String::new, |(vertex, _)| vertex.to_string());
         self.write(&format!(
-            "{time},{step},{kind},{eigenvalue},{negative},{released},{vertex},{x},{y},{z},{modes}\n"
+            "{time},{step},{kind},{eigenvalue},{negative},{released},{modes},{vertex},{x},{y},{z}\n"
         ))?;
         self.count += 1;
         Ok(())

@@ -151,11 +151,11 @@ impl Observer for Frames {
     }
 }
 
-/// Ends a run at the scene's time or number of steps, or when steady: no species changes any more.
+/// Ends a run at the scene's time or number of steps, or when steady: no species changes any more, and no vertex moves.
 pub struct StopRules {
     until: f64,
     steps: Option<u64>,
-    /// Largest |dc/dt| in units of each species' typical magnitude that counts as none.
+    /// Largest |dc/dt|, in units of each species' typical magnitude, and |dx/dt| under drag, in mean edges, that counts as none.
     steady: Option<f64>,
 }
 
@@ -186,7 +186,10 @@ impl Observer for StopRules {
             return Ok(Some(Ending::Steps));
         }
         match self.steady {
-            Some(rate) if state.step > 0 && at.fastest_rate()? < rate => Ok(Some(Ending::Steady)),
+            Some(rate) if state.step > 0 => {
+                let steady = at.fastest_rate()?.max(at.fastest_motion()?) < rate;
+                Ok(steady.then_some(Ending::Steady))
+            }
             _ => Ok(None),
         }
     }

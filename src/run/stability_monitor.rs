@@ -99,6 +99,9 @@ impl StabilityMonitor {
         report: &mut StepReport,
         to: (&mut Events, &mut Progress),
     ) -> Result<f64> {
+        if self.is_under_way(simulation, report) {
+            return Ok(f64::NAN);
+        }
         let tally = simulation.model().tally();
         let _scope = tally.meter("solver", "stability analysis", &["shapes"]).scope(0);
         let (seen, spent) = simulation.spend(|s| self.inspect(s, &mut report.relaxation, to));
@@ -108,6 +111,12 @@ impl StabilityMonitor {
             Err(Error::Solve(SolveError::Interrupted)) => Ok(f64::NAN),
             seen => seen,
         }
+    }
+
+    /// Whether a quasi-static shape is in the middle of a snap, and has no stability.
+    fn is_under_way(&self, simulation: &Simulation, report: &StepReport) -> bool {
+        let tolerance = simulation.stepper.workspace.force_tolerance();
+        !self.moving && report.relaxation.residual > tolerance
     }
 
     /// Inspects the accepted state of `simulation`; returns the negative-curvature directions, for the ledger.

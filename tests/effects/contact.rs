@@ -43,7 +43,7 @@ fn a_crushed_shell_comes_to_rest_against_itself() {
             CRUSHED.into()
         };
         let text = format!(
-            "{drag}\ntime = {{ until = 0.2, {policy} }}\neffect = [{CRUSHING} {{ kind = 'contact' }}]"
+            "{drag}\ntime = {{ until = 0.2, start = 'equilibrium', {policy} }}\neffect = [{CRUSHING} {{ kind = 'contact' }}]"
         );
         let mut simulation = at_end(&text);
         let (sheet, x) = (simulation.sheet().clone(), simulation.state().x.clone());

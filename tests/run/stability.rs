@@ -111,7 +111,7 @@ fn loss_of_stability_is_an_event_at_the_buckling_strain() {
     let (header, events) = rows(&result.join("events.csv"));
     assert_eq!(header[..3], ["time", "step", "kind"]);
     assert_eq!(events.len(), 1, "{events:?}");
-    let [time, step, kind, eigenvalue, negative, released, file] = &events[0][..] else {
+    let [time, step, kind, eigenvalue, negative, released, file, ..] = &events[0][..] else {
         panic!("{events:?}")
     };
     assert_eq!((kind.as_str(), negative.as_str()), ("loss of stability", "1"));
@@ -307,7 +307,7 @@ fn a_snap_is_an_event_with_the_energy_that_it_releases() {
     let (_, events) = rows(&result.join("events.csv"));
     let (header, ledger) = rows(&result.join("ledger.csv"));
     let column = |name: &str| header.iter().position(|c| c == name).unwrap();
-    let (jumps, released) = (column("jumps"), column("energy released by jumps [energy]"));
+    let (jumps, released) = (column("snaps"), column("energy released by snaps [energy]"));
     let snapped: Vec<_> = ledger.iter().filter(|row| row[jumps] != "0").collect();
     assert!(!events.is_empty() && events.len() == snapped.len(), "{events:?} {snapped:?}");
     for (event, row) in events.iter().zip(snapped) {

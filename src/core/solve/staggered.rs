@@ -447,6 +447,7 @@ impl Staggered {
         // method itself; stiff ones are to be brought along.
         report.relaxation.add(&self.motion.correct(workspace, &mut next)?);
         report.relaxation.residual = workspace.reported_residual(&next)?;
+        report.relaxation.dissipated = self.motion.dissipated(workspace.model.mechanics(), &next.x);
         let error = error.max(self.shape_error(workspace, state, &predicted, &next));
         if error <= 1.0 && self.is_stabilised(workspace) {
             self.rest(workspace, state, &mut next, &mut report.relaxation)?;

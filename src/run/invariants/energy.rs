@@ -18,9 +18,8 @@
 //! ```
 //!
 //! so that a step leaves an error of Δt³, and a run one of Δt²: with integrators of second order the imbalance falls
-//! as Δt², with those of first order as Δt. Without drag (quasi-static) the shape rests under the conditions
-//! of the moment, its fall at fixed conditions is of third order as well, and what is left is what a sudden
-//! change of shape has lost.
+//! as Δt², with those of first order as Δt. A quasi-static shape rests under the conditions of the moment, or snaps: what the
+//! stabilising drag takes up is what the integrator says.
 //!
 //! The limit is for the imbalance of a step, relative to what it turns over, which is the sum of the magnitudes of all
 //! works and of the fall at fixed conditions, or [`MINIMUM_RELATIVE_TURNOVER`] of the largest energy so far if that
@@ -179,9 +178,10 @@ impl EnergyBalance {
                 (false, false) => &mut works.species,
             } += work;
         }
-        if self.drag {
-            works.drag = against_drag(model, before, after);
-        }
+        works.drag = match self.drag {
+            true => against_drag(model, before, after),
+            false => step.dissipated,
+        };
         if self.pins {
             works.pins = parallel::sum(before.x.len(), |i| {
                 let (moved, pins) = (after.x[i] - before.x[i], mechanics.pins()[i]);
@@ -219,13 +219,8 @@ impl Invariant for EnergyBalance {
     }
 
     fn advice(&self) -> &'static str {
-        if self.drag {
-            "the integrator leaves this error: try a smaller time.integrator.rtol or step, a method of second order \
-             (staggered with method = \"heun\", shape = \"sdirk2\"), or a larger limit"
-        } else {
-            "without drag a sudden change of shape loses energy that nothing accounts for: try policy = \
-             \"simultaneous\", where drag takes it up, a smaller time.integrator.rtol, or a larger limit"
-        }
+        "the integrator leaves this error: try a smaller time.integrator.rtol or step, a method of second order \
+         (staggered with method = \"heun\", shape = \"sdirk2\"), or a larger limit"
     }
 
     fn columns(&self) -> Vec<String> {

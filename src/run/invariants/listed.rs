@@ -230,7 +230,8 @@ impl Invariants {
                 }
                 Err(error) => return Err(error.into()),
             };
-            match self.inspect(workspace, &before, state) {
+            let dissipated = report.relaxation.dissipated;
+            match self.inspect(workspace, (&before, state), dissipated) {
                 Ok(None) => {
                     self.grow();
                     report.reason = report.reason.or(reason.map(|broken| broken.to_string()));
@@ -285,8 +286,8 @@ impl Invariants {
     fn inspect(
         &mut self,
         workspace: &mut Workspace,
-        before: &State,
-        after: &State,
+        (before, after): (&State, &State),
+        dissipated: f64,
     ) -> Result<Option<BrokenInvariant>> {
         let due = after.step.is_multiple_of(self.every);
         let mut all = Vec::with_capacity(self.all.len());
@@ -295,7 +296,7 @@ impl Invariants {
                 all.push(None);
                 continue;
             }
-            let mut step = Step { workspace: &mut *workspace, before, after };
+            let mut step = Step { workspace: &mut *workspace, before, after, dissipated };
             let reading = listed.invariant.inspect(&mut step, &listed.memory)?;
             if listed.breaks(&reading) {
                 return Ok(Some(listed.broken(reading, after.time)));

@@ -27,6 +27,8 @@ pub(super) struct Step<'a> {
     before: &'a State,
     /// Where it led.
     after: &'a State,
+    /// Work that the drag took up, as the integrator says.
+    dissipated: f64,
 }
 
 impl Step<'_> {

@@ -117,7 +117,8 @@ impl Workspace {
             (b - a).norm() / rest
         };
         let from: Vec<f64> = model.sheet().edges().iter().zip(rest).map(length).collect();
-        let strain = self.reduction().max(to.len(), |e| (to[e] / from[e]).ln().abs());
+        let strain = to.iter().zip(&from).map(|(to, from)| (to / from).ln().abs());
+        let strain = self.reduction().largest_over_ranks(strain.fold(0.0, f64::max));
         Ok((strain > SMALL_STRAIN).then_some(LengthRamp { from, to }))
     }
 

