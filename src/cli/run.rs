@@ -183,6 +183,10 @@ pub(super) fn print_summary(done: &Summary, directory: &ResultDirectory, format:
     if let Some(predicted) = done.predicted {
         say!("{}", words::judged(&predicted));
     }
+    if done.drag_share > 0.0 {
+        let percent = 100.0 * done.drag_share;
+        say!("the stabilising drag took up {percent:.2} % of the energy supplied, snaps aside");
+    }
     for invariant in &done.invariants {
         say!("{invariant}");
     }

@@ -11,6 +11,7 @@ use crate::num::real;
 use crate::parallel::{self, BLOCK};
 use crate::reduction::Reduction;
 use crate::solve::StepReport;
+use crate::solve::equilibrium::Relaxation;
 use crate::solve::rejections::Cause;
 use crate::tally::Work;
 use crate::{Stepper, Vec3};
@@ -46,7 +47,8 @@ fn is_point(model: &Model) -> bool {
 /// Title of the column of the work that the drag takes up.
 const DRAG_TITLE: &str = "work of the drag [energy]";
 /// Titles of the columns of a quasi-static shape.
-const SNAP_TITLES: [&str; 2] = ["snaps", "energy released by snaps [energy]"];
+const SNAP_TITLES: [&str; 3] =
+    ["snaps", "energy released by snaps [energy]", "share of the work of the drag"];
 /// Title of the column of the energy of all effects.
 const TOTAL_ENERGY_TITLE: &str = "total energy [energy]";
 /// Prefix of the titles of the totals of species.
@@ -217,7 +219,8 @@ pub(super) fn row(
     row.push(report.relaxation.residual);
     row.push(report.relaxation.dissipated);
     if snaps(model) {
-        row.extend([real(report.relaxation.snaps), report.relaxation.released]);
+        let Relaxation { snaps, released, drag_share, .. } = report.relaxation;
+        row.extend([real(snaps), released, drag_share]);
     }
     row.extend(negative);
     shape.update(model, &state.x);

@@ -295,6 +295,7 @@ impl<'a> Recorder<'a> {
             self.session.progress.message(&text);
         }
         self.summary.spent = simulation.spent();
+        self.summary.drag_share = latest.relaxation.drag_share;
         if !self.resumed {
             self.forecast.step(latest, time, cut);
         }

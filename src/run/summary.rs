@@ -60,6 +60,8 @@ pub struct Summary {
     pub predicted: Option<Predicted>,
     /// Of every law of nature that the scene lists the largest value, in words.
     pub invariants: Vec<String>,
+    /// Share of the energy supplied that the drag which stabilises a quasi-static shape has taken up outside of snaps.
+    pub drag_share: f64,
     /// Whether the sheet passes through itself in the last state; none where no shape moves.
     pub intersection: Option<SelfIntersection>,
 }
@@ -79,6 +81,7 @@ impl Summary {
             output: Duration::ZERO,
             predicted: None,
             invariants: Vec::new(),
+            drag_share: 0.0,
             intersection: None,
         }
     }

@@ -5,6 +5,8 @@ use crate::kinetics::KineticsError;
 use crate::solve::StepReport;
 use crate::solve::rejections::Causes;
 
+/// Share of the energy supplied from which on the work of a stabilising drag is reported.
+const LARGE_DRAG_SHARE: f64 = 0.05;
 /// Rejected steps from which on the reason is reported.
 const REPORT_AFTER: usize = 5;
 
@@ -15,6 +17,8 @@ pub(super) struct Warnings {
     shrinking: Shrinking,
     /// Accepted steps with a reason for rejected attempts.
     rejected: usize,
+    /// Whether the share of the work of the drag was reported.
+    dragged: bool,
 }
 
 impl Warnings {
@@ -29,6 +33,15 @@ impl Warnings {
         let mut new = self.faults.unreported(simulation);
         simulation.faults.extend_from_slice(&new);
         new.extend(self.shrinking.after(report, simulation.stepper.state.time, cut));
+        let share = report.relaxation.drag_share;
+        if share > LARGE_DRAG_SHARE && !std::mem::replace(&mut self.dragged, true) {
+            new.push(format!(
+                "the drag that stabilises the shape has taken up {:.0} % of the energy supplied by time {}: the \
+                 shape lags behind its equilibrium; lower time.stabilisation (or time.integrator.rtol)",
+                100.0 * share,
+                simulation.stepper.state.time
+            ));
+        }
         if let Some(reason) = report.reason.take() {
             self.rejected += 1;
             if self.rejected == REPORT_AFTER {

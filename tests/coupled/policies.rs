@@ -9,7 +9,7 @@ use crate::common::prepare;
 fn run(policy: &str, integrator: &str, more: &[&str]) -> State {
     let policy = format!("time.policy=\"{policy}\"");
     let integrator = format!("time.integrator={{{integrator}}}");
-    let mut all = vec![policy.as_str(), integrator.as_str()];
+    let mut all = vec![policy.as_str(), integrator.as_str(), "time.start=\"equilibrium\""];
     all.extend(more);
     final_state(DOME, &all)
 }

@@ -364,7 +364,10 @@ impl Staggered {
                     workspace.reject(new);
                     tried = step / (MAX_STEP_GROWTH * MAX_STEP_GROWTH);
                     if tried < shortest {
-                        return Err(error);
+                        return Err(match error.is_without_rest() {
+                            true => self.gives_up(workspace, state, (time, tried)),
+                            false => error,
+                        });
                     }
                 }
                 Err(error) => return Err(error),
@@ -373,9 +376,22 @@ impl Staggered {
             self.stabilised = kept;
             self.step = Some(tried);
             if !(tried >= shortest) {
-                return Err(SolveError::StepTooSmall { time: state.time, step: tried });
+                return Err(self.gives_up(workspace, state, (time, tried)));
             }
         }
+    }
+
+    /// Why no step to `time` from `state` is short enough: of a quasi-static shape what leaves it without an equilibrium.
+    fn gives_up(
+        &self,
+        workspace: &mut Workspace,
+        state: &State,
+        (time, step): (f64, f64),
+    ) -> SolveError {
+        if !self.is_stabilised(workspace) {
+            return SolveError::StepTooSmall { time: state.time, step };
+        }
+        workspace.reason_without_rest(&State { time, ..state.clone() })
     }
 
     /// Step-size controller: the length of the step after an accepted one of length `step` and this error. Only a

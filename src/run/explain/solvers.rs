@@ -2,9 +2,11 @@
 
 use super::effects::energies;
 use super::{Line, listed, verb};
+use crate::model::{Policy, Start};
 use crate::num::real;
 use crate::run::Simulation;
 use crate::scene::Scene;
+use crate::solve::StepRule;
 
 pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
     let model = simulation.model();
@@ -53,9 +55,32 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
         }
     }
     if model.moves() {
+        lines.extend(stabilisation(scene));
         relaxation(scene, simulation, &mut lines);
     }
     lines
+}
+
+/// The drag that stabilises a quasi-static shape.
+fn stabilisation(scene: &Scene) -> Option<Line> {
+    let (time, integrator) = (&scene.time, &scene.time.integrator);
+    if time.policy != Policy::QuasiStatic || integrator.needs_sparse_motion(time.policy.storage()) {
+        return None;
+    }
+    let given = time.span.stabilisation.map(f64::from);
+    let share = match (given, integrator.rule()) {
+        (Some(share), _) => format!("at most {share} of the energy supplied in a step"),
+        (None, StepRule::Controlled { rtol, .. }) => {
+            format!("at most {rtol} of the energy supplied in a step")
+        }
+        (None, StepRule::Fixed(_)) => "at most rtol of the energy supplied in a step".to_owned(),
+    };
+    let text = match given {
+        Some(0.0) => "  stabilisation: none, one relaxation a step".to_owned(),
+        _ => format!("  stabilisation: a drag that takes up {share}"),
+    };
+    let why = if given.is_some() { "" } else { "the relative tolerance" };
+    Some(Line::new(text, why.to_owned()).at(scene, "time.stabilisation"))
 }
 
 /// The method of relaxation, its linear systems, and what effects add to them.
@@ -63,9 +88,10 @@ fn relaxation(scene: &Scene, simulation: &Simulation, lines: &mut Vec<Line>) {
     let (model, method) = (simulation.model(), &scene.equilibrium);
     let mechanics = model.mechanics();
     let moving = model.storage().mechanics > 0.0;
-    let when = match moving {
-        true => "the start is relaxed, later shapes move under drag",
-        false => "the start is relaxed, and every later shape that the integrator asks for",
+    let when = match (moving, scene.time.start()) {
+        (true, Start::Equilibrium) => "the start is relaxed, later shapes move under drag",
+        (true, Start::Given) => "the start is given, later shapes move under drag",
+        (false, _) => "the start is relaxed, and later shapes where an equilibrium is near",
     };
     let default = if scene.written("equilibrium").is_some() { "" } else { "; the default" };
     lines.push(

@@ -121,6 +121,8 @@ pub struct Relaxation {
     pub dissipated: f64,
     /// Energy that growth, loads and what is prescribed supplied, where the shape is quasi-static.
     pub supplied: f64,
+    /// Share of the energy supplied since the start of the run that a stabilising drag has taken up outside of snaps.
+    pub drag_share: f64,
     /// Snaps that ended.
     pub snaps: usize,
     /// Energy that they released.

@@ -56,6 +56,8 @@ pub(super) struct Stabilised {
     drag: Option<(f64, f64)>,
     /// Iterations since the stability of the shape was checked.
     unchecked: usize,
+    /// Work of the drag and energy supplied since the start of the run, outside of snaps.
+    work: (f64, f64),
     /// The snap that is under way.
     snap: Option<Snap>,
 }
@@ -137,6 +139,12 @@ impl Staggered {
     ) {
         let snaps = done.dissipated > SNAP_RATIO * done.supplied.abs()
             && done.dissipated > ROUND_OFF * energy.abs();
+        let (dissipated, supplied) = &mut self.stabilised.work;
+        if !snaps {
+            *dissipated += done.dissipated;
+            *supplied += done.supplied.abs();
+        }
+        done.drag_share = if *supplied > 0.0 { *dissipated / *supplied } else { 0.0 };
         if !snaps {
             self.adapt_drag(self.largest_share(workspace), done);
             if let Some(snap) = self.stabilised.snap.take() {
