@@ -276,20 +276,22 @@ fn branches(study: &Study, curve: &Curve) -> bool {
 }
 
 fn by_stabilisation(study: &Study, case: &Case) -> Figure {
-    let mut names: Vec<String> = Vec::new();
-    let panels = [Quantity::Species, Quantity::Shape, Quantity::Energy].map(|quantity| {
+    let panel = |quantity| {
         let mut curves = curves(study, case, |p| {
-            Some((p.stabilisation?, p.error(quantity).filter(|error| *error <= DIVERGED_ERROR)?))
+            let error = p.error(quantity).filter(|error| *error <= DIVERGED_ERROR)?;
+            Some((p.stabilisation.filter(|share| *share > 0.0)?, error))
         });
         curves.retain(|curve| branches(study, curve));
-        names = curves.iter().map(|curve| study.curves[curve.name].name.clone()).collect();
-        curves.iter_mut().enumerate().for_each(|(name, curve)| curve.name = name);
-        add_guide(&mut curves, names.len(), case.floor(quantity));
+        add_guide(&mut curves, study.curves.len(), case.floor(quantity));
         errors(quantity, "stabilisation", curves)
-    });
-    names.push(UNCERTAINTY_LABEL.to_owned());
-    let panels = panels.into_iter().flatten().collect();
-    Figure { names, guides: 1, marks: Vec::new(), panels, columns: 3 }
+    };
+    let quantities = [Quantity::Species, Quantity::Shape, Quantity::Energy];
+    let panels = quantities.into_iter().filter_map(panel).collect();
+    let mut figure = figure(study, &[UNCERTAINTY_LABEL], panels, 3);
+    // The colours are those of the other plots.
+    let others = study.curves.iter().zip(&mut figure.names);
+    others.filter(|(line, _)| line.branches_off.is_none()).for_each(|(_, name)| name.clear());
+    figure
 }
 
 fn by_force_tolerance(study: &Study, case: &Case) -> Figure {
