@@ -37,8 +37,9 @@ pub(super) fn advice(study: &Study, case: &Case) -> String {
         let why =
             case.lost.first().map_or(String::new(), |(name, why)| format!(" ({name}: {why})"));
         return format!(
-            "No reference is complete{why}, so errors are not known: continue the study, give \
-             --reference another integrator, or a longer --limit with --retry-failed."
+            "No reference is complete{why}, so errors are not known: continue the study, give looser \
+             --tolerances, which the references follow, another --reference, or a longer --limit with \
+             --retry-failed."
         );
     };
     if reference.still {
