@@ -108,7 +108,7 @@ impl Style {
 /// Panels side by side with one legend.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Figure {
-    /// Names in the legend.
+    /// Names in the legend, which leaves empty ones out.
     pub names: Vec<String>,
     /// How many of the names, the last ones, are of lines to compare with: grey and dashed, without marks.
     pub guides: usize,
@@ -163,7 +163,8 @@ impl Figure {
             curves.any(|curve| curve.name == k && !curve.points.is_empty())
         };
         let guide = |k: usize| matches!(self.style(k), Style::Guide(_));
-        (0..self.names.len()).filter(|k| !guide(*k) || drawn(*k)).collect()
+        let named = |k: &usize| !self.names[*k].is_empty();
+        (0..self.names.len()).filter(named).filter(|k| !guide(*k) || drawn(*k)).collect()
     }
 
     fn size(&self) -> (usize, usize) {

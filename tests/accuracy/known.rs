@@ -80,7 +80,8 @@ fn the_report_is_one_file_with_every_plot_and_every_run() {
         assert!(root.join(format!("plot-{plot}.png")).is_file());
     }
     let rows = table(folder.path());
-    assert_eq!(rows.len(), 4 * 2 * 2, "{rows:?}");
+    // The stabilisations at the tighter tolerance but for that which equals it.
+    assert_eq!(rows.len(), 4 * 2 * 2 + 3, "{rows:?}");
     let runs = html.matches("<td>complete</td>").count();
     assert_eq!(runs, rows.len(), "{html}");
 }

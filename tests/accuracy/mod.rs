@@ -4,6 +4,7 @@ mod advice;
 mod damaged;
 mod known;
 mod references;
+mod stabilised;
 
 use std::collections::BTreeMap;
 use std::path::Path;

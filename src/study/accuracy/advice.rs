@@ -37,8 +37,9 @@ pub(super) fn advice(study: &Study, case: &Case) -> String {
         let why =
             case.lost.first().map_or(String::new(), |(name, why)| format!(" ({name}: {why})"));
         return format!(
-            "No reference is complete{why}, so errors are not known: continue the study, give \
-             --reference another integrator, or a longer --limit with --retry-failed."
+            "No reference is complete{why}, so errors are not known: continue the study, give looser \
+             --tolerances, which the references follow, another --reference, or a longer --limit with \
+             --retry-failed."
         );
     };
     if reference.still {
@@ -131,6 +132,7 @@ fn trust(study: &Study, case: &Case, quantity: Quantity, ranked: &[(&Point, f64,
     });
     let best = methods.next();
     let alike = match (reference.alike, methods.any(|method| Some(method) != best)) {
+        _ if reference.stabilised => " (of one method at two stabilisations)",
         (true, true) => " (of one method: no other came to its end)",
         (true, false) => " (of one method: no other was asked for)",
         (false, _) => "",
@@ -192,15 +194,21 @@ fn longer(best: &Point, other: &Point, ratio: f64) -> String {
 /// Errors and times of the same integrator at the next tolerances.
 fn neighbours(study: &Study, case: &Case, point: &Point, quantity: Quantity) -> String {
     let all = || case.points.iter().filter(|p| p.curve == point.curve && p.force == point.force);
-    let order = |a: &&Point, b: &&Point| a.tolerance.total_cmp(&b.tolerance);
-    let tighter = all().filter(|p| p.tolerance < point.tolerance).max_by(order);
-    let looser = all().filter(|p| p.tolerance > point.tolerance).min_by(order);
-    let what =
-        if study.curves.get(point.curve).is_some_and(|c| c.fixed_steps) { "steps" } else { "at" };
+    let curve = study.curves.get(point.curve);
+    let branch = curve.is_some_and(|c| c.branches_off.is_some());
+    let place = |p: &Point| p.stabilisation.filter(|_| branch).unwrap_or(p.tolerance);
+    let order = |a: &&Point, b: &&Point| place(a).total_cmp(&place(b));
+    let tighter = all().filter(|p| place(p) < place(point)).max_by(order);
+    let looser = all().filter(|p| place(p) > place(point)).min_by(order);
+    let what = match curve {
+        Some(curve) if curve.fixed_steps => "steps",
+        _ if branch => "stabilisation",
+        _ => "at",
+    };
     let said = |p: &Point| -> Option<String> {
         let (error, seconds) = (p.error(quantity)?, p.seconds()?);
-        let tolerance = Scientific(p.tolerance);
-        Some(format!("; {what} {tolerance} {} for {}", time(seconds), percent(error)))
+        let place = Scientific(place(p));
+        Some(format!("; {what} {place} {} for {}", time(seconds), percent(error)))
     };
     [looser, tighter].into_iter().flatten().filter_map(said).collect()
 }
@@ -210,6 +218,9 @@ pub(super) struct Scientific(pub(super) f64);
 
 impl std::fmt::Display for Scientific {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if self.0 == 0.0 {
+            return f.write_str("0");
+        }
         // Without what rounding leaves behind.
         let text = format!("{:.3e}", self.0);
         let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
@@ -220,12 +231,16 @@ impl std::fmt::Display for Scientific {
 /// An integrator with its tolerance.
 pub(super) fn described(study: &Study, point: &Point) -> String {
     let curve = study.curves.get(point.curve);
-    let name = curve.map_or("", |c| c.name.as_str());
+    let from = curve.and_then(|c| study.curves.get(c.branches_off?.curve)).or(curve);
+    let name = from.map_or("", |c| c.name.as_str());
     let tolerance = Scientific(point.tolerance);
     let mut text = match curve.is_some_and(|c| c.fixed_steps) {
         true => format!("{name}, steps of {tolerance} of the whole time"),
         false => format!("{name}, rtol {tolerance}"),
     };
+    if let Some(share) = point.stabilisation {
+        text += &format!(", stabilisation {}", Scientific(share));
+    }
     if let Some(force) = point.force {
         text += &format!(", force tolerance {}", Scientific(force));
     }

@@ -49,6 +49,8 @@ pub(super) struct Point {
     pub(super) tolerance: f64,
     /// Its force tolerance, if that is varied.
     pub(super) force: Option<f64>,
+    /// Its stabilisation, if its shape is stabilised.
+    pub(super) stabilisation: Option<f64>,
     /// Results of the run.
     pub(super) found: MemberResults,
     /// Its errors; none if it did not complete or without a reference.
@@ -100,6 +102,12 @@ impl Point {
     /// The work of its steps.
     pub(super) fn work(&self) -> Option<Work> {
         Some(self.found.work? - self.found.start?)
+    }
+
+    /// Iterations of relaxations and of Newton's method in its steps, if they are counted.
+    pub(super) fn iterations(&self) -> Option<u64> {
+        let work = self.work().filter(|_| !self.is_peer())?;
+        Some(work.iterations + work.newton_iterations)
     }
 
     /// The error of `quantity`, if the run completed.
@@ -154,10 +162,13 @@ impl Case {
     fn find_reference(&mut self, plan: &Plan, root: &Path, runs: &[(usize, &Role, usize)]) {
         let mut candidates: Vec<Candidate> = Vec::new();
         for (_, role, number) in runs {
-            let Role::Reference { name, method } = role else { continue };
+            let Role::Reference { name, method, stabilisation } = role else { continue };
             let run = Run::read(plan, root, *number);
             match run.found.status {
-                MemberStatus::Complete => candidates.push((name.clone(), method.clone(), run)),
+                MemberStatus::Complete => {
+                    let (name, method) = (name.clone(), method.clone());
+                    candidates.push(Candidate { name, method, stabilisation: *stabilisation, run });
+                }
                 MemberStatus::NotBegun => {}
                 status => self.lost.push((name.clone(), format!("{status}: {}", run.found.reason))),
             }
@@ -201,7 +212,7 @@ fn case(study: &Study, plan: &Plan, root: &Path, at: &[usize]) -> Case {
     for (run, role, number) in runs {
         match role {
             Role::Reference { .. } => {}
-            Role::Point { curve, tolerance, force } => {
+            Role::Point { curve, tolerance, force, stabilisation } => {
                 let Run { found, states, .. } = Run::read(plan, root, number);
                 if Some(run) == like && found.status == MemberStatus::Complete {
                     courses.push(found.measures.clone());
@@ -211,7 +222,17 @@ fn case(study: &Study, plan: &Plan, root: &Path, at: &[usize]) -> Case {
                 let settings = axis.and_then(|a| a.settings.get(run)).map(|all| set_options(all));
                 let settings = settings.unwrap_or_default();
                 let (curve, tolerance, force) = (*curve, *tolerance, *force);
-                let point = Point { name, settings, curve, tolerance, force, found, errors: None };
+                let stabilisation = *stabilisation;
+                let point = Point {
+                    name,
+                    settings,
+                    curve,
+                    tolerance,
+                    force,
+                    stabilisation,
+                    found,
+                    errors: None,
+                };
                 case.add(point, &states);
             }
             Role::Seed { like: of, .. } => {

@@ -23,9 +23,12 @@ mod policies;
 mod quantity;
 mod reference;
 mod report;
+mod request;
+mod stabilisation;
 
-pub use plan::{DEFAULT_REPEATS, Options};
 pub use quantity::Quantity;
+pub use request::{DEFAULT_REPEATS, Options};
+pub use stabilisation::BranchPoint;
 
 use std::path::Path;
 
@@ -57,17 +60,20 @@ pub struct Study {
 }
 
 /// An integrator that is studied.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct IntegratorCurve {
     /// Its name.
     pub name: String,
     /// Whether tolerances are steps, as a share of the whole time.
     pub fixed_steps: bool,
+    /// Where it branches off another curve, if the stabilisation is varied at one tolerance.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub branches_off: Option<BranchPoint>,
 }
 
 impl IntegratorCurve {
     fn of(choice: &super::plan::integrator::IntegratorChoice) -> Self {
-        Self { name: choice.name.clone(), fixed_steps: choice.fixed_steps }
+        Self { name: choice.name.clone(), fixed_steps: choice.fixed_steps, branches_off: None }
     }
 }
 
@@ -83,6 +89,8 @@ pub enum Role {
         tolerance: f64,
         /// The force tolerance, if that is varied.
         force: Option<f64>,
+        /// The stabilisation, if the shape is stabilised.
+        stabilisation: Option<f64>,
     },
     /// A reference, the best first.
     Reference {
@@ -90,6 +98,8 @@ pub enum Role {
         name: String,
         /// Its method. Two of one method do not confirm one another as well as two of different ones.
         method: String,
+        /// Its stabilisation, if it is one of the two that differ in it.
+        stabilisation: Option<f64>,
     },
     /// The same scene with other random numbers.
     Seed {
@@ -227,7 +237,11 @@ impl Study {
             let known = study.curves.iter().position(|line| line.name == integrator);
             let curve = known.unwrap_or(study.curves.len());
             if known.is_none() {
-                study.curves.push(IntegratorCurve { name: integrator, fixed_steps });
+                study.curves.push(IntegratorCurve {
+                    name: integrator,
+                    fixed_steps,
+                    ..IntegratorCurve::default()
+                });
             }
             let (name, found) = (point, peer.found);
             case.add(Point { name, curve, tolerance, found, ..Point::default() }, &peer.states);

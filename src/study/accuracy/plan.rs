@@ -4,59 +4,17 @@ use std::path::Path;
 
 use super::advice::Scientific;
 use super::reference::stability_override;
-use super::{IntegratorCurve, Quantity, Role, Study};
+use super::request::{Options, TIGHTEST_TOLERANCE};
+use super::stabilisation::{Stabilisations, stabilised, take_axis};
+use super::{IntegratorCurve, Role, Study};
 use crate::kinetics::PluginSearch;
-use crate::model::{Model, Policy};
-use crate::num::Short;
+use crate::model::Policy;
 use crate::num::checked::Positive;
 use crate::run::{Error, Result, Simulation};
 use crate::scene::Scene;
 use crate::solve::SolveError;
 use crate::study::plan::integrator::IntegratorChoice;
 use crate::study::plan::{Axis, Plan, seed_keys};
-
-/// Options of a study.
-#[derive(Debug, Clone)]
-pub struct Options {
-    /// Integrators, names or tables; the usual ones of the policy if there are none.
-    pub integrators: Vec<String>,
-    /// Tolerances.
-    pub tolerances: Vec<Positive>,
-    /// Force tolerances; that of the scene if there are none.
-    pub forces: Vec<Positive>,
-    /// Integrators of the references; those of the policy if there are none.
-    pub references: Vec<String>,
-    /// A study with its sweep whose references are taken.
-    pub taken: Option<(Study, Plan)>,
-    /// Further seeds.
-    pub seeds: u16,
-    /// Wall time of a run, s; references have `PATIENCE` times as much.
-    pub limit: u64,
-    /// The target error.
-    pub wanted: f64,
-    /// Quantity of the target error.
-    pub of: Option<Quantity>,
-}
-
-/// Usual number of repetitions of short runs, to time them.
-pub const DEFAULT_REPEATS: u16 = 3;
-
-impl Default for Options {
-    fn default() -> Self {
-        let tolerances = [1e-1, 1e-2, 1e-3, 1e-4].into_iter().filter_map(Positive::new).collect();
-        Self {
-            integrators: Vec::new(),
-            tolerances,
-            forces: Vec::new(),
-            references: Vec::new(),
-            taken: None,
-            seeds: 2,
-            limit: 300,
-            wanted: 0.01,
-            of: None,
-        }
-    }
-}
 
 /// References are so many times tighter than the tightest tolerance.
 const REFERENCE_TIGHTENING: f64 = 100.0;
@@ -99,18 +57,24 @@ const REFERENCES: [(&str, f64); 4] = [
     (r#"{ kind = "staggered" }"#, STAGGERED_REFERENCE_TIGHTENING),
     (r#"{ kind = "staggered", chemistry = "exponential" }"#, 0.5 * STAGGERED_REFERENCE_TIGHTENING),
 ];
+/// Those of stabilised shapes, in the place of the staggered ones. The looser stabilisation has the looser tolerance, so
+/// that their distance has both errors.
+const STABILISED_REFERENCES: [(&str, f64); 2] = [
+    (r#"{ kind = "staggered" }"#, STAGGERED_REFERENCE_TIGHTENING),
+    (r#"{ kind = "staggered" }"#, 0.5 * STAGGERED_REFERENCE_TIGHTENING),
+];
 /// Errors of kinetics alone grow with every period, and tight runs of them cost little.
 const STILL_TIGHTER: f64 = 100.0;
 
 /// One run: its role, its name, what it sets.
-type Planned = (Role, String, Vec<String>);
+pub(super) type Planned = (Role, String, Vec<String>);
 
 /// The scene that a study is of, with the first values of the other keys.
-struct Base<'a> {
-    scene: &'a Path,
-    set: Vec<String>,
+pub(super) struct Base<'a> {
+    pub(super) scene: &'a Path,
+    pub(super) set: Vec<String>,
     search: &'a PluginSearch,
-    options: &'a Options,
+    pub(super) options: &'a Options,
     /// Integrators and references that are left out, and why.
     left_out: Vec<String>,
 }
@@ -124,10 +88,11 @@ impl Study {
     pub fn plan(
         scene: &Path,
         set: &[String],
-        others: Vec<Axis>,
+        mut others: Vec<Axis>,
         search: &PluginSearch,
         options: &Options,
     ) -> Result<(Self, Plan)> {
+        let asked = take_axis(&mut others);
         let first: Vec<String> = others.iter().flat_map(|axis| axis.overrides(0)).collect();
         let plain = Scene::varied(scene, set, &first)?;
         let (moves, vertices) = match Simulation::new(&plain, search) {
@@ -136,19 +101,27 @@ impl Study {
             Err(Error::Solve(SolveError::Pairing(_))) => (true, usize::MAX),
             Err(error) => return Err(error),
         };
+        let varied = Stabilisations::of(&plain, moves, asked.as_ref(), &others)?;
+        others.extend(asked.filter(|_| varied.is_none()));
         let base = [set, &first].concat();
         let mut base = Base { scene, set: base, search, options, left_out: Vec::new() };
         let candidates = base.candidates(usual(plain.time.policy, moves))?;
         let mut tolerances = options.tolerances.clone();
         tolerances.sort_by(|a, b| b.get().total_cmp(&a.get()));
-        let mut planned = base.points(&candidates, &tolerances)?;
+        let mut planned = base.points(&candidates, &tolerances, varied.as_ref())?;
+        let mut curves: Vec<_> = candidates.iter().map(IntegratorCurve::of).collect();
+        if let Some(varied) = &varied {
+            let (more, points) = varied.points(&base, &candidates, &tolerances, curves.len())?;
+            curves.extend(more);
+            planned.extend(points);
+        }
         match &options.taken {
             Some((study, plan)) => planned.extend(taken(study, plan)),
             None => {
                 let tightest = tolerances.last().map_or(1e-4, |t| t.get());
                 let watch = stability_override(&plain, moves, vertices);
                 let force = moves.then(|| options.tightest_force(&plain));
-                let mut made = base.references(tightest, force)?;
+                let mut made = base.references(tightest, force, varied.as_ref())?;
                 if options.references.is_empty() {
                     made.retain(|(_, _, sets)| {
                         others.iter().all(|axis| allowed((scene, set), search, axis, sets))
@@ -162,7 +135,7 @@ impl Study {
         let like = 1.min(tolerances.len() - 1) * options.forces.len().max(1);
         base.add_seeds(&plain, like, &mut planned)?;
         let study = Self {
-            curves: candidates.iter().map(IntegratorCurve::of).collect(),
+            curves,
             runs: planned.iter().map(|(role, _, _)| role.clone()).collect(),
             left_out: base.left_out,
             wanted: options.wanted,
@@ -180,7 +153,7 @@ impl Study {
     }
 }
 
-fn forced(tolerance: f64) -> String {
+pub(super) fn forced(tolerance: f64) -> String {
     format!("equilibrium.tolerance={tolerance:?}")
 }
 
@@ -222,6 +195,7 @@ impl Base<'_> {
         &self,
         candidates: &[IntegratorChoice],
         tolerances: &[Positive],
+        varied: Option<&Stabilisations>,
     ) -> Result<Vec<Planned>> {
         let mut forces: Vec<Option<f64>> =
             self.options.forces.iter().map(|f| Some(f.get())).collect();
@@ -237,7 +211,9 @@ impl Base<'_> {
                     let tolerance = at.get();
                     let mut name = format!("{}, {}", choice.name, Scientific(tolerance));
                     name.extend(force.map(|force| format!(", forces {}", Scientific(force))));
-                    planned.push((Role::Point { curve, tolerance, force }, name, sets));
+                    let stabilisation = varied.and_then(|v| v.default_at(choice, tolerance));
+                    let role = Role::Point { curve, tolerance, force, stabilisation };
+                    planned.push((role, name, sets));
                 }
             }
         }
@@ -245,16 +221,30 @@ impl Base<'_> {
     }
 
     /// References, tighter than `tightest` and, where sheets move, with forces more exact than `force`.
-    fn references(&mut self, tightest: f64, force: Option<f64>) -> Result<Vec<Planned>> {
+    fn references(
+        &mut self,
+        tightest: f64,
+        force: Option<f64>,
+        varied: Option<&Stabilisations>,
+    ) -> Result<Vec<Planned>> {
         let asked = &self.options.references;
-        let texts: Vec<(&str, f64)> = match asked.is_empty() {
-            true => REFERENCES.to_vec(),
-            false => asked.iter().map(|text| (text.as_str(), REFERENCE_TIGHTENING)).collect(),
+        let plain = |(text, tighter): &(&'static str, f64)| (*text, *tighter, None);
+        let texts: Vec<(&str, f64, Option<f64>)> = match (asked.is_empty(), varied) {
+            (true, None) => REFERENCES.iter().map(plain).collect(),
+            (true, Some(varied)) => {
+                let pair = STABILISED_REFERENCES.iter().zip(varied.references(tightest));
+                let pair = pair.map(|((text, tighter), share)| (*text, *tighter, Some(share)));
+                let others = REFERENCES.iter().filter(|(text, _)| text.contains("monolithic"));
+                pair.chain(others.map(plain)).collect()
+            }
+            (false, _) => {
+                asked.iter().map(|text| (text.as_str(), REFERENCE_TIGHTENING, None)).collect()
+            }
         };
         let mut planned = Vec::new();
         // Without a sheet there are no forces.
         let still = if force.is_none() { STILL_TIGHTER } else { 1.0 };
-        for (text, tighter) in texts {
+        for (text, tighter, stabilisation) in texts {
             let read = IntegratorChoice::read(self.scene, &self.set, text, "--reference");
             let choice = match read.and_then(|choice| Ok((self.fault(&choice)?, choice))) {
                 Ok((None, choice)) => choice,
@@ -270,10 +260,12 @@ impl Base<'_> {
             let Some(tolerance) = Positive::new(tolerance) else { continue };
             let mut sets = vec![choice.at(self.scene, &self.set, tolerance)?];
             sets.extend(force.map(|f| forced(f.min((REFERENCE_FORCE_RATIO * f).max(MIN_FORCE)))));
-            let name = format!("{}, {}", choice.name, Scientific(tolerance.get()));
+            sets.extend(stabilisation.map(stabilised));
+            let mut name = format!("{}, {}", choice.name, Scientific(tolerance.get()));
+            name.extend(stabilisation.map(|s| format!(", stabilisation {}", Scientific(s))));
             let method = choice.method().to_owned();
             let title = format!("reference: {name}");
-            planned.push((Role::Reference { name, method }, title, sets));
+            planned.push((Role::Reference { name, method, stabilisation }, title, sets));
         }
         Ok(planned)
     }
@@ -324,70 +316,4 @@ fn allowed(
         ready(&with, sets) || !ready(&with, &[])
     };
     !axis.key.starts_with("time.") || (0..axis.values.len()).all(fits)
-}
-
-/// The tightest tolerance that can be met: numbers of 64 bits have 16 digits, and an error is a difference.
-const TIGHTEST_TOLERANCE: f64 = 1e-13;
-
-impl Options {
-    /// The least force tolerance, that of the scene included.
-    fn tightest_force(&self, plain: &Scene) -> f64 {
-        self.forces.iter().map(|f| f.get()).fold(plain.equilibrium.tolerance(), f64::min)
-    }
-
-    /// Refuses what the scene file `scene` with `set` and the first of every one of `others` cannot have: errors of
-    /// what it has not, tolerances that nothing meets.
-    ///
-    /// # Errors
-    /// The option, and what the scene lacks.
-    pub fn check(
-        &self,
-        scene: &Path,
-        set: &[String],
-        others: &[Axis],
-        search: &PluginSearch,
-    ) -> Result<()> {
-        if let Some(t) = self.tolerances.iter().find(|t| t.get() < TIGHTEST_TOLERANCE) {
-            return Err(Error::Refused(format!(
-                "--tolerances {}: below {TIGHTEST_TOLERANCE:e}, which no run can meet in numbers of 16 digits",
-                Short(t.get())
-            )));
-        }
-        let first: Vec<String> = others.iter().flat_map(|axis| axis.overrides(0)).collect();
-        let scene = Scene::varied(scene, set, &first)?;
-        // Its own integrator may not go with it: others may.
-        let Ok(simulation) = Simulation::new(&scene, search) else { return Ok(()) };
-        let model = simulation.model();
-        if !self.forces.is_empty() && !model.moves() {
-            let message = "--force-tolerances: nothing moves in this scene, so there are no forces";
-            return Err(Error::Refused(message.into()));
-        }
-        self.of.map_or(Ok(()), |of| has(model, of))
-    }
-}
-
-impl Quantity {
-    /// Refuses it where the scene of `plan` has nothing that it could be measured of.
-    ///
-    /// # Errors
-    /// What the scene lacks.
-    pub fn check(self, plan: &Plan) -> Result<()> {
-        let simulation = plan.scene(0).ok().and_then(|s| Simulation::new(&s, &plan.search()).ok());
-        simulation.map_or(Ok(()), |simulation| has(simulation.model(), self))
-    }
-}
-
-fn has(model: &Model, of: Quantity) -> Result<()> {
-    let lacks = match of {
-        Quantity::Shape | Quantity::Amplitude | Quantity::Buckling if !model.moves() => {
-            "nothing moves in this scene"
-        }
-        Quantity::Species | Quantity::Spots | Quantity::Separation
-            if model.chemistry().is_none() =>
-        {
-            "this scene has no species"
-        }
-        _ => return Ok(()),
-    };
-    Err(Error::Refused(format!("--of: {lacks}, so the {} has no error", of.name())))
 }

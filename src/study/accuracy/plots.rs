@@ -20,19 +20,21 @@ const ROUND_OFF: f64 = 1e-15;
 /// Runs with an error beyond this have diverged.
 const DIVERGED_ERROR: f64 = 100.0;
 /// Label of the line of the references' uncertainty.
-const UNCERTAINTY_LABEL: &str = "references, apart";
+const UNCERTAINTY_LABEL: &str = "reference uncertainty";
 
 /// Name, caption and figure of a plot of a case.
 type CasePlot = (&'static str, &'static str, fn(&Study, &Case) -> Figure);
 
 /// Every plot of a case.
-const OF_CASE: [CasePlot; 5] = [
+const OF_CASE: [CasePlot; 6] = [
     (
         "work-precision",
         "What accuracy costs: error against processor time of the steps, and beside it against work that \
-         does not depend on the machine: evaluations of forces and laws, and factorisations. Lower left is better. Crosses: failed or diverged, at the time they took. \
+         does not depend on the machine: evaluations of forces and laws, iterations of relaxations and of Newton's method, and factorisations. Lower left is better. \
+         Along a line with the stabilisation varied, the tolerance is fixed. \
+         Crosses: failed or diverged, at the time they took. \
          Dashed: the reference uncertainty (noise floor), and the target error \
-         wanted. Triangles at the lower edge: errors of 0. Runs without factorisations are not in the last column. Later lines are \
+         wanted. Triangles at the lower edge: errors of 0. Runs without iterations or factorisations are not in those columns. Later lines are \
          thinner, so that those below show.",
         work_precision,
     ),
@@ -47,6 +49,12 @@ const OF_CASE: [CasePlot; 5] = [
         "The error that one gets for the tolerance that one asks for. On the diagonal they are equal; \
          for fixed steps the tolerance is the step as a share of the whole time.",
         by_tolerance,
+    ),
+    (
+        "stabilisation",
+        "Error against the stabilisation, the largest share of the energy supplied that the drag takes up: where a line is \
+         flat, the drag is small enough, and the error that is left is that of the tolerance.",
+        by_stabilisation,
     ),
     (
         "measures",
@@ -136,16 +144,25 @@ fn error_of(quantity: Quantity) -> String {
     format!("error of the {}", quantity.name())
 }
 
-/// Points of one curve, from loose to tight, of all force tolerances or of the tightest alone.
-fn line(case: &Case, curve: usize) -> impl Iterator<Item = &Point> {
+/// Points of one curve, from loose to tight, of all force tolerances or of the tightest alone; with the point of the other
+/// curve that it branches off.
+fn line<'a>(study: &Study, case: &'a Case, curve: usize) -> impl Iterator<Item = &'a Point> {
     let tightest = case.points.iter().filter_map(|p| p.force).fold(f64::INFINITY, f64::min);
-    let tight = move |p: &&Point| p.force.is_none_or(|force| force <= tightest);
-    case.points.iter().filter(move |p| p.curve == curve).filter(tight)
+    let tight = |p: &&Point| p.force.is_none_or(|force| force <= tightest);
+    let from = study.curves.get(curve).and_then(|c| c.branches_off);
+    let root = |p: &Point| from.is_some_and(|f| p.curve == f.curve && p.tolerance == f.tolerance);
+    let points = case.points.iter().filter(|p| p.curve == curve || root(p)).filter(tight);
+    let mut points: Vec<&Point> = points.collect();
+    if from.is_some() {
+        let share = |p: &Point| p.stabilisation.unwrap_or_default();
+        points.sort_by(|a, b| share(b).total_cmp(&share(a)));
+    }
+    points.into_iter()
 }
 
 /// A curve for every integrator, through what `of` makes of its points.
 fn curves(study: &Study, case: &Case, of: impl Fn(&Point) -> Option<(f64, f64)>) -> Vec<Curve> {
-    let curve = |name| Curve { name, points: line(case, name).filter_map(&of).collect() };
+    let curve = |name| Curve { name, points: line(study, case, name).filter_map(&of).collect() };
     (0..study.curves.len()).map(curve).collect()
 }
 
@@ -176,7 +193,7 @@ fn against(
         (!diverged(p) && point.0 > 0.0).then_some(point)
     });
     let lost = |name| {
-        let lost = line(case, name).filter(|p| !p.is_complete() || diverged(p));
+        let lost = line(study, case, name).filter(|p| !p.is_complete() || diverged(p));
         lost.filter_map(move |p| Some((name, cost(p)?)))
     };
     let failed = (0..study.curves.len()).flat_map(lost).collect();
@@ -198,9 +215,10 @@ fn work_precision(study: &Study, case: &Case) -> Figure {
     fn number(count: u64) -> Option<f64> {
         usize::try_from(count).ok().filter(|count| *count > 0).map(real)
     }
-    let costs: [(&str, Cost); 3] = [
+    let costs: [(&str, Cost); 4] = [
         TIME,
         ("evaluations of forces and laws", |p| number(p.work()?.evaluations())),
+        ("iterations", |p| number(p.iterations()?)),
         ("factorisations", |p| number(p.work()?.factorisations)),
     ];
     let panels = |quantity| -> Vec<Panel> {
@@ -223,7 +241,7 @@ fn in_time(study: &Study, case: &Case) -> Figure {
             all.filter(|p| p.0 > 0.0 && p.1 > ROUND_OFF && p.1 <= DIVERGED_ERROR).collect()
         };
         let curve = |name| {
-            let ended: Vec<_> = line(case, name).filter_map(|p| p.errors.as_ref()).collect();
+            let ended: Vec<_> = line(study, case, name).filter_map(|p| p.errors.as_ref()).collect();
             let middle = ended.get(ended.len() / 2);
             Curve { name, points: middle.map_or(Vec::new(), |errors| points(&errors.course)) }
         };
@@ -242,6 +260,7 @@ fn by_tolerance(study: &Study, case: &Case) -> Figure {
         let mut curves = curves(study, case, |p| {
             Some((p.tolerance, p.error(quantity).filter(|error| *error <= DIVERGED_ERROR)?))
         });
+        curves.retain(|c| !branches(study, c));
         let some = least < most && curves.iter().any(|c| !c.points.is_empty());
         let points = vec![(least, least), (most, most)];
         curves.push(Curve { name: study.curves.len(), points });
@@ -249,6 +268,30 @@ fn by_tolerance(study: &Study, case: &Case) -> Figure {
     };
     let panels = Quantity::FIELDS.into_iter().filter_map(panel);
     figure(study, &["error = tolerance"], panels.collect(), 2)
+}
+
+/// Whether the stabilisation is varied along `curve`.
+fn branches(study: &Study, curve: &Curve) -> bool {
+    study.curves.get(curve.name).is_some_and(|line| line.branches_off.is_some())
+}
+
+fn by_stabilisation(study: &Study, case: &Case) -> Figure {
+    let panel = |quantity| {
+        let mut curves = curves(study, case, |p| {
+            let error = p.error(quantity).filter(|error| *error <= DIVERGED_ERROR)?;
+            Some((p.stabilisation.filter(|share| *share > 0.0)?, error))
+        });
+        curves.retain(|curve| branches(study, curve));
+        add_guide(&mut curves, study.curves.len(), case.floor(quantity));
+        errors(quantity, "stabilisation", curves)
+    };
+    let quantities = [Quantity::Species, Quantity::Shape, Quantity::Energy];
+    let panels = quantities.into_iter().filter_map(panel).collect();
+    let mut figure = figure(study, &[UNCERTAINTY_LABEL], panels, 3);
+    // The colours are those of the other plots.
+    let others = study.curves.iter().zip(&mut figure.names);
+    others.filter(|(line, _)| line.branches_off.is_none()).for_each(|(_, name)| name.clear());
+    figure
 }
 
 fn by_force_tolerance(study: &Study, case: &Case) -> Figure {

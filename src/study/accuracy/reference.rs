@@ -28,6 +28,8 @@ pub(super) struct Reference {
     pub(super) confirmed: Option<(String, Errors)>,
     /// Whether both are of one method.
     pub(super) alike: bool,
+    /// Whether they differ in their stabilisation.
+    pub(super) stabilised: bool,
     /// The output time from which on references are on different branches.
     pub(super) diverged: Option<f64>,
     /// The time from which on it is on a branch that has become unstable.
@@ -48,8 +50,17 @@ pub(super) struct Run {
     pub(super) states: Vec<State>,
 }
 
-/// A reference that is complete: its name, its method, its results.
-pub(super) type Candidate = (String, String, Run);
+/// A reference that is complete.
+pub(super) struct Candidate {
+    /// Integrator and tolerance.
+    pub(super) name: String,
+    /// Its method.
+    pub(super) method: String,
+    /// Its stabilisation, if it is one of the two that differ in it.
+    pub(super) stabilisation: Option<f64>,
+    /// Its results.
+    pub(super) run: Run,
+}
 
 impl Run {
     pub(super) fn read(plan: &Plan, root: &Path, member: usize) -> Self {
@@ -66,35 +77,49 @@ pub(super) fn choose(
     mut candidates: Vec<Candidate>,
     lost: &mut Vec<(String, String)>,
 ) -> Option<Reference> {
-    let (first, second) = closest(norm, &candidates)?;
-    let (_, method, truth) = &candidates[first];
+    let pair = stabilised_pair(&candidates);
+    let stabilised = pair.is_some();
+    let (first, second) = pair.or_else(|| closest(norm, &candidates))?;
+    let Candidate { method, run: truth, .. } = &candidates[first];
     // One that is elsewhere is on another branch, however well two others agree.
     let mut diverged: Option<f64> = None;
     let mut others = Vec::new();
-    for (k, (name, _, run)) in candidates.iter().enumerate().filter(|(k, _)| *k != first) {
+    for (k, other) in candidates.iter().enumerate().filter(|(k, _)| *k != first) {
+        let Candidate { name, run, .. } = other;
         let course = norm.course(&run.states, &truth.states);
         let Some(distance) = course.iter().map(Distance::largest).reduce(f64::max) else {
             lost.push((name.clone(), "has no states at the same output times".to_owned()));
             continue;
         };
         let from = first_beyond(&course, REFERENCES_DIVERGED).map(|distance| distance.time);
+        // Without drag nothing leads off a branch that loses its stability.
+        let from = from.filter(|_| !stabilised || Some(k) == second);
         diverged = diverged.into_iter().chain(from).reduce(f64::min);
         if Some(k) != second {
             others.push((name.clone(), distance));
         }
     }
     let confirmed = second.map(|second| {
-        let (name, _, run) = &candidates[second];
+        let Candidate { name, run, .. } = &candidates[second];
         let run = (&run.found.measures[..], &run.states[..]);
         (name.clone(), Errors::new(norm, run, truth, diverged))
     });
-    let alike = second.is_some_and(|second| candidates[second].1 == *method);
+    let alike = second.is_some_and(|second| candidates[second].method == *method);
     // Under drag shapes fall along negative-curvature directions all the time.
     let resting = plan.scene(truth.member).is_ok_and(|s| s.time.policy == Policy::QuasiStatic);
     let unstable = resting.then(|| unstable_from(&plan.directory(root, truth.member)));
     let (unstable, still) = (unstable.flatten(), is_still(norm, truth));
-    let (name, _, run) = candidates.swap_remove(first);
-    Some(Reference { name, confirmed, alike, diverged, unstable, still, others, run })
+    let Candidate { name, run, .. } = candidates.swap_remove(first);
+    Some(Reference { name, confirmed, alike, stabilised, diverged, unstable, still, others, run })
+}
+
+/// The two references with the least stabilisations, the least first; none if not both are complete.
+fn stabilised_pair(references: &[Candidate]) -> Option<(usize, Option<usize>)> {
+    let known = references.iter().enumerate().filter_map(|(k, r)| Some((k, r.stabilisation?)));
+    let mut known: Vec<(usize, f64)> = known.collect();
+    known.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let [first, second, ..] = known[..] else { return None };
+    Some((first.0, Some(second.0)))
 }
 
 /// The two references with the least distance, two of different methods if there are any, the one that is
@@ -103,10 +128,10 @@ fn closest(norm: &Norm, references: &[Candidate]) -> Option<(usize, Option<usize
     let count = references.len();
     let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b)));
     let ranked = pairs.filter_map(|(a, b)| {
-        let [(_, method, first), (_, other, second)] = [a, b].map(|k| &references[k]);
-        let course = norm.course(&second.states, &first.states);
+        let [first, second] = [a, b].map(|k| &references[k]);
+        let course = norm.course(&second.run.states, &first.run.states);
         let distance = course.iter().map(Distance::largest).reduce(f64::max)?;
-        Some((method == other, distance, a, b))
+        Some((first.method == second.method, distance, a, b))
     });
     match ranked.min_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))) {
         Some((.., a, b)) => Some((a, Some(b))),

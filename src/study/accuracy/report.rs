@@ -4,7 +4,7 @@ use super::advice::{described, percent, time, two_digits};
 use super::errors::{Case, Point};
 use super::page::{Block, Drawing};
 use super::policies::Policies;
-use super::{Quantity, Study};
+use super::{IntegratorCurve, Quantity, Study};
 use crate::num::{Short, real};
 use crate::output::plot::label;
 use crate::study::draw::table::{csv_table, number, work_cells, work_titles};
@@ -13,7 +13,8 @@ use crate::study::run::Timing;
 
 /// A row for every run that is compared: method, status, errors, cost.
 pub(super) fn csv(study: &Study, cases: &[Case]) -> String {
-    let head = ["case", "integrator", "tolerance", "force tolerance", "status"].map(str::to_owned);
+    let head = ["case", "integrator", "tolerance", "force tolerance", "stabilisation", "status"];
+    let head = head.map(str::to_owned);
     let errors = Quantity::ALL.map(|q| format!("error of the {}", q.name()));
     let times = ["steps [s]", "least [s]", "most [s]", "start [s]"].map(str::to_owned);
     let mut rows = vec![[&head[..], &errors, &times, &COUNT_NAMES.map(str::to_owned)].concat()];
@@ -23,7 +24,7 @@ pub(super) fn csv(study: &Study, cases: &[Case]) -> String {
         let found = &point.found;
         let curve = study.curves.get(point.curve).map_or("", |c| c.name.as_str());
         let mut row = vec![case.name.clone(), curve.to_owned(), point.tolerance.to_string()];
-        row.extend([number(point.force), found.status.to_string()]);
+        row.extend([number(point.force), number(point.stabilisation), found.status.to_string()]);
         row.extend(Quantity::ALL.map(|q| number(point.error(q))));
         let timing = found.timing.as_ref();
         let spread = timing.map(|t| t.spread());
@@ -113,7 +114,7 @@ fn known(case: &Case) -> Vec<String> {
         }
         if let Some((second, _)) = &reference.confirmed {
             let apart = shares(&|q| case.floor(q));
-            items.push(format!("Confirmed by {second}; apart by: {apart}."));
+            items.push(format!("Confirmed by {second}; reference uncertainty: {apart}."));
         }
         if let Some(from) = reference.diverged {
             items.push(format!(
@@ -172,7 +173,8 @@ fn table(study: &Study, case: &Case) -> Vec<Vec<String>> {
     let quantities: Vec<Quantity> = Quantity::ALL.into_iter().filter(has).collect();
     let names = quantities.iter().map(|q| q.name());
     let head = ["integrator", "status"].into_iter().chain(names).chain(["time", "spread"]);
-    let mut rows: Vec<Vec<String>> = vec![head.chain(COUNT_NAMES).map(str::to_owned).collect()];
+    let mut rows: Vec<Vec<String>> =
+        vec![head.chain(COUNT_NAMES).chain([ITERATIONS]).map(str::to_owned).collect()];
     for point in &case.points {
         let mut row = vec![described(study, point), point.found.status.to_string()];
         let error = |q: &Quantity| point.error(*q).map_or("-".to_owned(), percent);
@@ -182,6 +184,7 @@ fn table(study: &Study, case: &Case) -> Vec<Vec<String>> {
         let spread = timing.map(|t| format!("{} … {}", time(t.spread().0), time(t.spread().1)));
         row.push(spread.unwrap_or("-".into()));
         row.extend(counts(point, "-"));
+        row.push(point.iterations().map_or("-".into(), |n| n.to_string()));
         rows.push(row);
     }
     rows
@@ -189,6 +192,8 @@ fn table(study: &Study, case: &Case) -> Vec<Vec<String>> {
 
 /// The counts of work that every program reports.
 const COUNT_NAMES: [&str; 3] = ["steps", "evaluations", "factorisations"];
+/// Iterations of relaxations and of Newton's method.
+const ITERATIONS: &str = "iterations";
 
 /// Steps, evaluations and factorisations of a run; `none` where they are not known.
 fn counts(point: &Point, none: &str) -> [String; 3] {
@@ -200,7 +205,8 @@ fn counts(point: &Point, none: &str) -> [String; 3] {
 fn ratios(study: &Study, case: &Case) -> Vec<Vec<String>> {
     let mut rows =
         vec![["integrator", "of", "least", "median", "largest"].map(str::to_owned).to_vec()];
-    for (number, line) in study.curves.iter().enumerate().filter(|(_, line)| !line.fixed_steps) {
+    let has_tolerance = |line: &IntegratorCurve| !line.fixed_steps && line.branches_off.is_none();
+    for (number, line) in study.curves.iter().enumerate().filter(|(_, line)| has_tolerance(line)) {
         for quantity in Quantity::FIELDS {
             let mine = case.points.iter().filter(|p| p.curve == number);
             let ratio = |p: &Point| Some(p.error(quantity)? / p.tolerance);
