@@ -60,6 +60,3 @@ pub(crate) fn write_files(root: &Path, files: Vec<(String, Vec<u8>)>) -> Result<
 fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), v| (l.min(v), m.max(v)))
 }
-
-/// The start of members that differ in their policy, where the scene gives none.
-const COMMON_START: &str = r#"time.start="equilibrium""#;

@@ -10,7 +10,7 @@ use crate::scene::Scene;
 use crate::solve::{Control, SolveError};
 use crate::study::directory::{claim, names, refuse, remove_file, remove_run};
 use crate::study::plan::integrator::{quoted, settings, table_of};
-use crate::study::{COMMON_START, draw, write_files};
+use crate::study::{draw, write_files};
 
 /// What a comparison is of.
 #[derive(Debug, Clone, Copy)]
@@ -63,13 +63,8 @@ impl Comparison<'_> {
             let table = integrator.as_ref().map(|i| format!("time.integrator={}", table_of(i)));
             // Those of the user hold for all members.
             let users = self.set.iter().cloned();
-            let mut overrides: Vec<String> = policy.into_iter().chain(table).chain(users).collect();
-            let mut scene = Scene::load(self.scene, &overrides)?;
-            // Each policy has a default of its own.
-            if self.policies.len() > 1 && scene.written("time.start").is_none() {
-                overrides.insert(0, COMMON_START.to_owned());
-                scene = Scene::load(self.scene, &overrides)?;
-            }
+            let overrides: Vec<String> = policy.into_iter().chain(table).chain(users).collect();
+            let scene = Scene::load(self.scene, &overrides)?;
             let mut name =
                 format!("{}, {}", scene.time.policy.name(), scene.time.integrator.name());
             if let Some(table) = integrator.as_ref().filter(|i| i.trim_start().starts_with('{')) {

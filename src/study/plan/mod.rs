@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 pub use self::axis::{Axis, MAX_VALUES};
 use self::keys::{check_keys, disambiguate_titles};
 pub use self::keys::{seed_axis, seed_keys};
-use super::{COMMON_START, read_document, write_document};
+use super::{read_document, write_document};
 use crate::kinetics::{HostLaw, Isolation, PluginSearch};
 use crate::output::OutputError;
 use crate::output::provenance::{FileRecord, fingerprint};
@@ -105,7 +105,6 @@ impl Plan {
             return Err(Error::Refused(message));
         }
         check_keys(scene, set, &axes)?;
-        let set = &with_common_start(scene, set, &axes);
         disambiguate_titles(scene, set, &mut axes)?;
         let mut plan = Self {
             version: concat!("rumple ", env!("CARGO_PKG_VERSION")).to_owned(),
@@ -331,16 +330,4 @@ fn size(scene: &Scene) -> u64 {
         SheetSource::Point { .. } => 1,
         SheetSource::Generated(shape) => shape.vertices() as u64,
     }
-}
-
-/// The overrides `set`, with a start that all policies have in common where policies are varied and the scene gives none:
-/// each has a default of its own.
-fn with_common_start(scene: &Path, set: &[String], axes: &[Axis]) -> Vec<String> {
-    let mut set = set.to_vec();
-    let varied = |key: &str| axes.iter().any(|axis| axis.key == key);
-    let free = || Scene::load(scene, &set).is_ok_and(|scene| scene.written("time.start").is_none());
-    if varied("time.policy") && !varied("time.start") && free() {
-        set.push(COMMON_START.to_owned());
-    }
-    set
 }
