@@ -259,7 +259,7 @@ fn problem<'a>(
         .policy(scene.time.policy)
         .drag(drag)
         .stabilisation(scene.time.span.stabilisation.map(f64::from))
-        .start(scene.time.start())
+        .start(scene.time.span.start)
         .until(scene.time.span.until.get())
         .with_solvers(&*scene.time.integrator, &*scene.equilibrium))
 }

@@ -28,14 +28,6 @@ pub struct TimeSpec {
     pub(crate) integrator: Box<dyn IntegratorSpec>,
 }
 
-impl TimeSpec {
-    /// What the shape of the first state is.
-    #[must_use]
-    pub fn start(&self) -> Start {
-        self.span.start.unwrap_or(self.policy.start())
-    }
-}
-
 /// Where to begin, and when to stop.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -46,10 +38,10 @@ pub struct Span {
     pub from: Option<PathBuf>,
     /// Time of the last state, from 0.
     pub until: Positive,
-    /// The shape of the first state: the equilibrium that the motion under drag leads to from the shape of the scene
-    /// (the default under quasi-static), or that shape as it is given (under the other policies).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub start: Option<Start>,
+    /// The shape of the first state: the equilibrium that the sheet grows to from the shape of the scene, or that shape as
+    /// it is given.
+    #[serde(default)]
+    pub start: Start,
     /// Largest share of the energy supplied in a step that the small drag which stabilises a quasi-static shape takes up; the
     /// relative tolerance if not given; 0 for one relaxation a step without drag.
     #[serde(skip_serializing_if = "Option::is_none")]

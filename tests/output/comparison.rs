@@ -50,6 +50,7 @@ fn member(name: &str, seconds: f64, bend: f64, level: f64) -> Member {
         output: Duration::ZERO,
         predicted: None,
         invariants: Vec::new(),
+        drag_share: 0.0,
         intersection: None,
     };
     let ran = MemberRun {

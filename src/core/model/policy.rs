@@ -61,25 +61,15 @@ impl Policy {
 }
 
 /// What the shape of the first state is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Start {
-    /// The stable equilibrium that the overdamped motion leads to from the shape of the scene, with the species as they are
-    /// at first.
+    /// The stable equilibrium that the overdamped motion leads to from the shape of the scene while it grows to the lengths
+    /// of the first species: a dose that asks for much growth at once would crush the sheet.
+    #[default]
     Equilibrium,
     /// The shape of the scene: the initial condition of a differential equation.
     Given,
-}
-
-impl Policy {
-    /// The start of a scene that gives none.
-    #[must_use]
-    pub fn start(self) -> Start {
-        match self {
-            Self::QuasiStatic => Start::Equilibrium,
-            Self::Simultaneous | Self::ChemistryFast => Start::Given,
-        }
-    }
 }
 
 /// Automatic stabilisation of a quasi-static shape by a small drag.

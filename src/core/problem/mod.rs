@@ -116,7 +116,7 @@ pub struct Problem<'a> {
     policy: Policy,
     drag: DragSpec,
     stabilisation: Option<f64>,
-    start: Option<Start>,
+    start: Start,
     until: f64,
     integrator: Given<'a, dyn IntegratorSpec>,
     equilibrium: Given<'a, dyn EquilibriumSpec>,
@@ -136,7 +136,7 @@ impl<'a> Problem<'a> {
             policy: Policy::default(),
             drag: DragSpec::default(),
             stabilisation: None,
-            start: None,
+            start: Start::default(),
             until: 1.0,
             integrator: Given::Own(Box::new(StaggeredSpec::default())),
             equilibrium: Given::Own(Box::new(LbfgsSpec::default())),
@@ -201,10 +201,10 @@ impl<'a> Problem<'a> {
         Self { stabilisation: stabilisation.into(), ..self }
     }
 
-    /// What the shape of the first state is; up to the policy for none.
+    /// What the shape of the first state is.
     #[must_use]
-    pub fn start(self, start: impl Into<Option<Start>>) -> Self {
-        Self { start: start.into(), ..self }
+    pub fn start(self, start: Start) -> Self {
+        Self { start, ..self }
     }
 
     /// The end of the time span: pins that move one vertex to different places within it are refused, and kinks and jumps
@@ -269,7 +269,7 @@ impl<'a> Problem<'a> {
         let breakpoints = Breakpoints::of(effects, &self.sheet, self.until);
         let mut workspace = Workspace::new(Arc::new(model), relaxer);
         workspace.stabilisation = Stabilisation { share: self.stabilisation, span: self.until };
-        let start = self.start.unwrap_or(self.policy.start());
+        let start = self.start;
         Ok(Stepper { workspace, state, integrator, start, area, breakpoints })
     }
 

@@ -88,7 +88,7 @@ fn relaxation(scene: &Scene, simulation: &Simulation, lines: &mut Vec<Line>) {
     let (model, method) = (simulation.model(), &scene.equilibrium);
     let mechanics = model.mechanics();
     let moving = model.storage().mechanics > 0.0;
-    let when = match (moving, scene.time.start()) {
+    let when = match (moving, scene.time.span.start) {
         (true, Start::Equilibrium) => "the start is relaxed, later shapes move under drag",
         (true, Start::Given) => "the start is given, later shapes move under drag",
         (false, _) => "the start is relaxed, and later shapes where an equilibrium is near",
