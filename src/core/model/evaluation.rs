@@ -154,6 +154,7 @@ impl<'a> Evaluation<'a> {
         }
         potential.set_conditions(factor, self.state.time);
         potential.set_anchor(None);
+        potential.set_hold(None);
         let strained = self.model.chemistry().is_some_and(Chemistry::reads_strain);
         if factor.is_some()
             && strained

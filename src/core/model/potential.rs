@@ -34,6 +34,7 @@ pub struct Potential {
     work: Vec<Work>,
     pub(super) constraints: Constraints,
     anchor: Option<Anchor>,
+    hold: Option<Vec<Vec3>>,
     force_scale: f64,
     /// Of the optimal lengths.
     lengths: Meter,
@@ -59,7 +60,7 @@ impl Potential {
         let constraints = Constraints::new(mechanics);
         let mechanics = Arc::clone(mechanics);
         let force_scale = 0.0;
-        let anchor = None;
+        let (anchor, hold) = (None, None);
         let (internal, stale) = (Vec::new(), false);
         let species = conditions::zero_species(&mechanics);
         let mut made = Self {
@@ -72,6 +73,7 @@ impl Potential {
             work,
             constraints,
             anchor,
+            hold,
             force_scale,
             lengths,
         };
@@ -90,6 +92,11 @@ impl Potential {
     /// Takes the pull towards an earlier shape away.
     pub(crate) fn take_anchor(&mut self) -> Option<Anchor> {
         self.anchor.take()
+    }
+
+    /// Adds dead forces on the vertices to what acts from now on, in place of those before.
+    pub(crate) fn set_hold(&mut self, force: Option<Vec<Vec3>>) {
+        self.hold = force;
     }
 
     /// The pull towards an earlier shape.
@@ -263,19 +270,26 @@ impl Potential {
         self.total(total[0], x)
     }
 
-    /// The energy over all ranks: of the effects, of which each has its share, and of the anchor.
+    /// The energy over all ranks: of the effects, of which each has its share, of the anchor and of what holds vertices.
     fn total(&self, effects: f64, x: &[Vec3]) -> f64 {
         let (anchor, reduction) = (self.anchor.as_ref(), self.reduction());
         let anchor = anchor.map_or(0.0, |anchor| anchor.energy_here(x, reduction));
-        let mut all = [effects, anchor];
+        let mut all = [effects, anchor, self.hold_energy_here(x)];
         reduction.sum_over_ranks(&mut all);
-        all[0] + all[1]
+        all[0] + all[1] + all[2]
     }
 
     /// What sums over the whole sheet are taken over.
     #[must_use]
     pub fn reduction(&self) -> &Reduction {
         self.mechanics.sheet().reduction()
+    }
+
+    /// Energy of the forces that hold the owned vertices, 0 at rest.
+    fn hold_energy_here(&self, x: &[Vec3]) -> f64 {
+        let Some(force) = &self.hold else { return 0.0 };
+        let rest = self.mechanics.sheet().rest();
+        -self.reduction().sum_here(x.len(), |i| force[i].dot(&(x[i] - rest[i])))
     }
 
     /// Total energy at `x` (L, if there are constraints), and its gradient with the fixed directions set
@@ -309,6 +323,9 @@ impl Potential {
         });
         if let Some(anchor) = &self.anchor {
             anchor.add_gradient(x, gradient);
+        }
+        if let Some(force) = &self.hold {
+            parallel::update(gradient, |i, g| *g -= force[i]);
         }
         self.mechanics.fix(gradient);
         self.total(total[0], x)

@@ -276,12 +276,12 @@ impl Stage<'_> {
         };
         let start = State { x: good.to_vec().into(), ..State::clone(self.from) };
         let clock = self.start + at * self.step;
-        let (mut state, lengths) = (self.route.at(clock, &start), self.route.lengths(clock));
+        let (mut state, held) = (self.route.at(clock, &start), self.route.held(clock));
         workspace.check_way(self.from, &state)?;
         let anchor = Some(pull);
         let distance_tolerance = self.by.distance_tolerance;
         let minimisation =
-            Minimisation { anchor, guess, lengths, distance_tolerance, ..Minimisation::default() };
+            Minimisation { anchor, guess, held, distance_tolerance, ..Minimisation::default() };
         let done = workspace.minimise(&mut state, minimisation)?;
         Ok((state, done))
     }
@@ -295,10 +295,11 @@ impl Stage<'_> {
         }
         let mut at = workspace.at(next);
         let potential = at.potential()?;
-        if let Some(lengths) = self.route.lengths(self.start + self.step) {
-            potential.set_length_factor(&lengths);
+        if let Some(held) = self.route.held(self.start + self.step) {
+            held.act_on(potential);
         }
         let (before, after) = (potential.energy(&self.from.x), potential.energy(&next.x));
+        potential.set_hold(None);
         Ok(after > before + ROUND_OFF * before.abs())
     }
 }

@@ -1,5 +1,7 @@
 //! Conditions that change from those of one state to those of another.
 
+use super::workspace::Held;
+use crate::Vec3;
 use crate::model::State;
 
 /// Species, internal variables, and the time that growth, loads and prescribed positions read, as functions of a clock:
@@ -10,19 +12,21 @@ pub(super) struct Route<'a> {
     to: &'a State,
     /// Readings of the clock at both ends.
     clock: (f64, f64),
-    ramp: Option<&'a LengthRamp>,
+    ramp: Option<&'a Ramp>,
 }
 
-/// Length factors that go from some to others in a pseudo-time from 0 to 1, `Φ(s) = Φ₀^(1-s) Φ₁^s`.
-pub(super) struct LengthRamp {
-    pub(super) from: Vec<f64>,
-    pub(super) to: Vec<f64>,
+/// Length factors that go from some to others in a pseudo-time from 0 to 1, `Φ(s) = Φ₀^(1-s) Φ₁^s`, while forces that hold
+/// the vertices go to zero, `(1-s) f₀`.
+pub(super) struct Ramp {
+    pub(super) lengths: (Vec<f64>, Vec<f64>),
+    pub(super) force: Vec<Vec3>,
 }
 
-impl LengthRamp {
-    /// Φ(s).
-    fn at(&self, s: f64) -> Vec<f64> {
-        self.from.iter().zip(&self.to).map(|(a, b)| a.powf(1.0 - s) * b.powf(s)).collect()
+impl Ramp {
+    fn at(&self, s: f64) -> Held {
+        let (from, to) = &self.lengths;
+        let factor = from.iter().zip(to).map(|(a, b)| a.powf(1.0 - s) * b.powf(s)).collect();
+        Held { factor, force: self.force.iter().map(|f| (1.0 - s) * f).collect() }
     }
 }
 
@@ -33,13 +37,12 @@ impl<'a> Route<'a> {
     }
 
     /// The conditions of one state during a span of pseudo-time, but for lengths on a ramp.
-    pub(super) fn frozen(at: &'a State, clock: (f64, f64), ramp: Option<&'a LengthRamp>) -> Self {
+    pub(super) fn frozen(at: &'a State, clock: (f64, f64), ramp: Option<&'a Ramp>) -> Self {
         Self { from: at, to: at, clock, ramp }
     }
 
-    /// The length factors in place of those of the species when the clock shows `t`; at the end of a ramp, and from there on, the
-    /// species give them.
-    pub(super) fn lengths(&self, t: f64) -> Option<Vec<f64>> {
+    /// What holds the sheet when the clock shows `t`; nothing at the end of a ramp and from there on.
+    pub(super) fn held(&self, t: f64) -> Option<Held> {
         self.ramp.filter(|_| t < 1.0).map(|ramp| ramp.at(t))
     }
 

@@ -17,8 +17,8 @@ pub(in crate::solve) struct Minimisation {
     pub(in crate::solve) anchor: Option<Anchor>,
     /// Where it begins, if that is a better start than the shape there is.
     pub(in crate::solve) guess: Option<Vec<Vec3>>,
-    /// Length factors in place of those of the species.
-    pub(in crate::solve) lengths: Option<Vec<f64>>,
+    /// What holds the sheet while its start is released.
+    pub(in crate::solve) held: Option<Held>,
     /// Radius of the trust region about the start, in mean edges.
     pub(in crate::solve) trust: Option<f64>,
     /// Largest distance to the equilibrium that counts as rest, in mean edges.
@@ -30,10 +30,26 @@ impl Default for Minimisation {
         Self {
             anchor: None,
             guess: None,
-            lengths: None,
+            held: None,
             trust: None,
             distance_tolerance: f64::INFINITY,
         }
+    }
+}
+
+/// Length factors in place of those of the species, and forces that hold the vertices.
+pub(in crate::solve) struct Held {
+    /// Φ of every edge.
+    pub(in crate::solve) factor: Vec<f64>,
+    /// Force on every vertex.
+    pub(in crate::solve) force: Vec<Vec3>,
+}
+
+impl Held {
+    /// Brings `potential` under it.
+    pub(in crate::solve) fn act_on(self, potential: &mut Potential) {
+        potential.set_length_factor(&self.factor);
+        potential.set_hold(Some(self.force));
     }
 }
 
@@ -116,7 +132,7 @@ impl Workspace {
         if model.is_chemistry_alone() {
             return Ok(Relaxation::default());
         }
-        let Minimisation { anchor, guess, lengths, trust, distance_tolerance } = minimisation;
+        let Minimisation { anchor, guess, held, trust, distance_tolerance } = minimisation;
         let _scope = relaxer.is_some().then(|| counters::part(model.tally(), counters::RELAXATION));
         let mut x = state.x.to_vec();
         model.mechanics().set_prescribed(state.time, &mut state.x);
@@ -128,8 +144,9 @@ impl Workspace {
         let mut at = model.at(state, memory);
         let potential = at.potential()?;
         let Some(relaxer) = relaxer else { return Ok(Relaxation::default()) };
-        if let Some(lengths) = &lengths {
-            potential.set_length_factor(lengths);
+        let is_held = held.is_some();
+        if let Some(held) = held {
+            held.act_on(potential);
         }
         let mut tolerance = relaxer.tolerance;
         let floats = floating.found(potential, &x, relaxer.tolerance);
@@ -153,7 +170,8 @@ impl Workspace {
         let done = relax_anchored(&mut *relaxer.equilibrium, potential, (&mut x, &led), &goal)
             .map_err(|error| explained(error, potential, &x, tolerance));
         let anchor = potential.take_anchor();
-        if done.is_ok() {
+        potential.set_hold(None);
+        if done.is_ok() && !is_held {
             let by = (model.drag(), relaxer.tolerance);
             floating.settle(potential, (&mut x, &start), anchor, by);
         }

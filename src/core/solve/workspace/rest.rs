@@ -11,6 +11,7 @@
 //!
 //! ```text
 //! l̄_e(τ) = |x_i - x_j|^(1-τ) l̄_e^τ        up to τ = 1, for every edge e = ij of the shape x at τ = 0
+//! f(τ)   = (1-τ) f₀                         f₀ = ∂U/∂x there: the forces that hold that shape
 //! ```
 //!
 //! So a dose that asks for much growth at once is grown into slowly, rather than from a crushed sheet.
@@ -18,7 +19,7 @@
 use super::super::diagnosis;
 use super::super::equilibrium::Relaxation;
 use super::super::incremental_potential::{Motion, Stepping};
-use super::super::route::{LengthRamp, Route};
+use super::super::route::{Ramp, Route};
 use super::super::{Result, SolveError, end_of_step};
 use super::{Minimisation, Workspace};
 use crate::Vec3;
@@ -106,7 +107,7 @@ impl Workspace {
     }
 
     /// From the lengths that the edges of `state` have to those of its species; none where these are the same.
-    fn ramp_from(&mut self, state: &State) -> Result<Option<LengthRamp>> {
+    fn ramp_from(&mut self, state: &State) -> Result<Option<Ramp>> {
         let model = self.model.clone();
         let Some(to) = self.at(state).length_factor()?.map(|to| to.into_owned()) else {
             return Ok(None);
@@ -119,26 +120,26 @@ impl Workspace {
         let from: Vec<f64> = model.sheet().edges().iter().zip(rest).map(length).collect();
         let strain = to.iter().zip(&from).map(|(to, from)| (to / from).ln().abs());
         let strain = self.reduction().largest_over_ranks(strain.fold(0.0, f64::max));
-        Ok((strain > SMALL_STRAIN).then_some(LengthRamp { from, to }))
+        if !(strain > SMALL_STRAIN) {
+            return Ok(None);
+        }
+        let mut at = self.at(state);
+        let potential = at.potential()?;
+        potential.set_length_factor(&from);
+        let mut force = vec![Vec3::zeros(); state.x.len()];
+        potential.energy_gradient(&state.x, &mut force);
+        Ok(Some(Ramp { lengths: (from, to), force }))
     }
 
     /// The motion to an equilibrium, stable or not.
-    fn flow(
-        &mut self,
-        state: &mut State,
-        ramp: Option<LengthRamp>,
-        done: &mut Relaxation,
-    ) -> Result<()> {
+    fn flow(&mut self, state: &mut State, ramp: Option<Ramp>, done: &mut Relaxation) -> Result<()> {
         if ramp.is_none()
             && let Some(near) = self.rest_nearby(state)?
         {
             done.add(&near);
             return Ok(());
         }
-        // A load that nothing holds would move the sheet for ever.
-        if let Some(error) = self.diagnosed(state, diagnosis::net_force)? {
-            return Err(error);
-        }
+        let (begin, extent) = (state.x.clone(), self.extent());
         let edge = self.model.mechanics().reference().mean_edge();
         let most = self.iterations() + ITERATION_BUDGET * self.most_iterations();
         let mut motion = Motion::default();
@@ -162,6 +163,12 @@ impl Workspace {
             }
             let moved = self.reduction().distance(&state.x, &x);
             state.x = x.into();
+            // A load that nothing holds would move the sheet for ever.
+            if self.reduction().distance(&begin, &state.x) > extent
+                && let Some(error) = self.diagnosed(state, diagnosis::net_force)?
+            {
+                return Err(error);
+            }
             if course.is_frozen()
                 && moved < NEARBY * edge
                 && let Some(near) = self.rest_nearby(state)?
@@ -171,6 +178,15 @@ impl Workspace {
             }
         }
         Err(self.reason_without_rest(state))
+    }
+
+    /// Diagonal of the box around the sheet at rest.
+    fn extent(&self) -> f64 {
+        let (rest, reduction) = (self.model.sheet().rest(), self.reduction());
+        let span = |a: usize| {
+            reduction.max(rest.len(), |i| rest[i][a]) + reduction.max(rest.len(), |i| -rest[i][a])
+        };
+        Vec3::new(span(0), span(1), span(2)).norm()
     }
 
     /// One step, what it took and its error in units of the tolerance.
@@ -199,7 +215,7 @@ impl Workspace {
 
     /// The beginning of a motion in pseudo-time, in which the largest force moves a vertex by a small part of an edge in the first step, or
     /// the lengths go a small part of their way.
-    fn begin_course(&mut self, state: &State, ramp: Option<LengthRamp>) -> Result<Course> {
+    fn begin_course(&mut self, state: &State, ramp: Option<Ramp>) -> Result<Course> {
         let model = self.model.clone();
         let edge = model.mechanics().reference().mean_edge();
         let mean = model.drag().mean(model.sheet());
@@ -236,7 +252,7 @@ impl Workspace {
 struct Course {
     /// A factor on the drag of the scene.
     drag: f64,
-    ramp: Option<LengthRamp>,
+    ramp: Option<Ramp>,
     clock: f64,
     /// Length of the next step.
     step: f64,
