@@ -106,8 +106,12 @@ impl Workspace {
         Ok(done)
     }
 
-    /// From the lengths that the edges of `state` have to those of its species; none where these are the same.
+    /// From the lengths that the edges of `state` have to those of its species; none where these are the same, or
+    /// forces balance already.
     fn ramp_from(&mut self, state: &State) -> Result<Option<Ramp>> {
+        if self.reported_residual(state)? <= self.force_tolerance() {
+            return Ok(None);
+        }
         let model = self.model.clone();
         let Some(to) = self.at(state).length_factor()?.map(|to| to.into_owned()) else {
             return Ok(None);
