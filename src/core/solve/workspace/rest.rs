@@ -167,6 +167,8 @@ impl Workspace {
             }
             let moved = self.reduction().distance(&state.x, &x);
             state.x = x.into();
+            // Dead forces that push inwards would turn a sheet that floats.
+            self.align(state, &begin)?;
             // A load that nothing holds would move the sheet for ever.
             if self.reduction().distance(&begin, &state.x) > extent
                 && let Some(error) = self.diagnosed(state, diagnosis::net_force)?
