@@ -135,3 +135,22 @@ fn header(columns: &[String]) -> String {
     });
     quoted.collect::<Vec<_>>().join(",") + "\n"
 }
+
+/// Returns the titles of a header line, quoted as RFC 4180 says or not.
+#[must_use]
+pub fn titles(header: &str) -> Vec<String> {
+    let mut titles = vec![String::new()];
+    let (mut quoted, mut letters) = (false, header.chars().peekable());
+    while let Some(letter) = letters.next() {
+        match letter {
+            '"' if quoted && letters.peek() == Some(&'"') => {
+                letters.next();
+                titles.last_mut().into_iter().for_each(|title| title.push('"'));
+            }
+            '"' => quoted = !quoted,
+            ',' if !quoted => titles.push(String::new()),
+            other => titles.last_mut().into_iter().for_each(|title| title.push(other)),
+        }
+    }
+    titles
+}

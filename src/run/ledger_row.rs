@@ -43,6 +43,16 @@ fn is_point(model: &Model) -> bool {
     model.sheet().triangles().is_empty()
 }
 
+/// Title of the column of the energy of all effects.
+const TOTAL_ENERGY_TITLE: &str = "total energy [energy]";
+/// Prefix of the titles of the totals of species.
+const TOTAL: &str = "total ";
+
+/// Whether the column `title` of a ledger is the total of a species.
+pub(crate) fn is_species_total(title: &str) -> bool {
+    title.starts_with(TOTAL) && title != TOTAL_ENERGY_TITLE
+}
+
 /// Titles of the columns of jumps.
 const JUMP_TITLES: [&str; 2] = ["jumps", "energy released by jumps [energy]"];
 
@@ -80,7 +90,7 @@ pub(super) fn columns(model: &Model, watched: bool, invariants: &[String]) -> Ve
         all.push(format!("pairs of {name}"));
         all.push(format!("gap of {name} [length]"));
     }
-    all.push("total energy [energy]".to_owned());
+    all.push(TOTAL_ENERGY_TITLE.to_owned());
     all.extend(work.chain(["force residual".to_owned()]));
     if jumps(model) {
         all.extend(JUMP_TITLES.map(str::to_owned));
@@ -92,7 +102,7 @@ pub(super) fn columns(model: &Model, watched: bool, invariants: &[String]) -> Ve
         for species in &chemistry.descriptor().species {
             let name = &species.name;
             all.extend([
-                format!("total {name}"),
+                format!("{TOTAL}{name}"),
                 format!("least {name}"),
                 format!("largest {name}"),
             ]);

@@ -22,7 +22,7 @@ pub mod inspect;
 mod internal_variables;
 mod invariants;
 pub mod laws;
-mod ledger_row;
+pub(crate) mod ledger_row;
 mod lints;
 mod observe;
 pub mod overview;

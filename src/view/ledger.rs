@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::blocks::Blocks;
 use super::text_of;
 use crate::num::single;
+use crate::output::ledger::titles;
 use crate::output::{OutputError, ResultDirectory};
 use crate::run::Result;
 
@@ -55,22 +56,4 @@ pub(super) fn read(root: &Path, blocks: &mut Blocks) -> Result<Option<Columns>> 
     let cells = (0..columns.len()).flat_map(|c| rows.iter().map(move |row| single(row[c])));
     let block = blocks.add(cells.flat_map(f32::to_le_bytes).collect());
     Ok(Some(Columns { columns, rows: rows.len(), of, block }))
-}
-
-/// The titles of a header line, quoted as RFC 4180 says or not.
-fn titles(header: &str) -> Vec<String> {
-    let mut titles = vec![String::new()];
-    let (mut quoted, mut letters) = (false, header.chars().peekable());
-    while let Some(letter) = letters.next() {
-        match letter {
-            '"' if quoted && letters.peek() == Some(&'"') => {
-                letters.next();
-                titles.last_mut().into_iter().for_each(|title| title.push('"'));
-            }
-            '"' => quoted = !quoted,
-            ',' if !quoted => titles.push(String::new()),
-            other => titles.last_mut().into_iter().for_each(|title| title.push(other)),
-        }
-    }
-    titles
 }

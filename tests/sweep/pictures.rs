@@ -15,7 +15,7 @@ use rumple::tally::Work;
 
 use crate::common::lattice;
 
-fn plan(axes: &[&str]) -> Plan {
+pub(super) fn plan(axes: &[&str]) -> Plan {
     let axes: Vec<Axis> = axes.iter().map(|text| Axis::parse(text).unwrap()).collect();
     let count = axes.iter().map(|axis| axis.values.len()).product();
     let at = |number: usize| {
@@ -55,7 +55,7 @@ fn plan(axes: &[&str]) -> Plan {
 }
 
 /// A complete member with `spots`, and a lattice whose first species is around `value`.
-fn complete(plan: &Plan, number: usize, spots: usize, value: f64) -> MemberResults {
+pub(super) fn complete(plan: &Plan, number: usize, spots: usize, value: f64) -> MemberResults {
     let sheet = lattice(12, 12);
     let measures = Measures {
         time: 2.0,
@@ -75,6 +75,7 @@ fn complete(plan: &Plan, number: usize, spots: usize, value: f64) -> MemberResul
         status: MemberStatus::Complete,
         reason: String::new(),
         measures: vec![measures],
+        totals: Vec::new(),
         steady: None,
         seconds: Some(1.0),
         memory: Some(20_000_000),
@@ -91,7 +92,7 @@ fn complete(plan: &Plan, number: usize, spots: usize, value: f64) -> MemberResul
 }
 
 /// The same, but nothing came of it.
-fn without(plan: &Plan, number: usize, status: MemberStatus) -> MemberResults {
+pub(super) fn without(plan: &Plan, number: usize, status: MemberStatus) -> MemberResults {
     let mut found = complete(plan, number, 0, 0.0);
     found.status = status;
     found.measures.clear();

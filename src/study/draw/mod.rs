@@ -26,6 +26,7 @@ fn combinations(plan: &Plan, kept: impl Fn(usize) -> bool + Copy) -> Vec<(Vec<us
     all
 }
 
-fn selected(at: &[usize], kept: impl Fn(usize) -> bool) -> Vec<usize> {
+/// The numbers in `at` of the axes that are kept.
+pub(super) fn selected(at: &[usize], kept: impl Fn(usize) -> bool) -> Vec<usize> {
     at.iter().enumerate().filter(|(k, _)| kept(*k)).map(|(_, at)| *at).collect()
 }

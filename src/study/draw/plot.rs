@@ -3,6 +3,7 @@
 use super::{combinations, selected};
 use crate::num::real;
 use crate::output::plot::{Curve, Figure, Panel};
+use crate::study::gather::Statistics;
 use crate::study::plan::Plan;
 
 /// Panels in a row.
@@ -49,10 +50,8 @@ impl<F: Fn(usize) -> bool + Copy> StudyPlot<F> {
                 let all = points.iter().flat_map(|(x, values)| values.iter().map(|y| (*x, *y)));
                 marks.extend(all.map(|point| Curve { name, points: vec![point] }));
             }
-            let mean = |(x, values): &(f64, Vec<f64>)| {
-                (*x, values.iter().sum::<f64>() / real(values.len()))
-            };
-            means.push(Curve { name, points: points.iter().map(mean).collect() });
+            let mean = |(x, values): &(f64, Vec<f64>)| Some((*x, Statistics::of(values).mean?));
+            means.push(Curve { name, points: points.iter().filter_map(mean).collect() });
         }
         means.extend(marks);
         means

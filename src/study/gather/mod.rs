@@ -3,12 +3,15 @@
 mod distance;
 mod measures;
 pub mod states;
+mod statistics;
+mod totals;
 
 use std::fs;
 use std::path::Path;
 
 pub use self::distance::{DIVERGED, Difference, Distance, Norm, REFERENCES_DIVERGED, first_beyond};
 pub use self::measures::{Measures, measure};
+pub use self::statistics::Statistics;
 use super::plan::Plan;
 use super::run::Timing;
 use crate::num::real;
@@ -107,6 +110,8 @@ pub struct MemberResults {
     pub reason: String,
     /// Measures at the output times, as far as it came.
     pub measures: Vec<Measures>,
+    /// Totals of the species at the last output time, with the titles that they have in the ledger.
+    pub totals: Vec<(String, f64)>,
     /// The time at which no species changed any more, if the run ended for that.
     pub steady: Option<f64>,
     /// Processor time of relaxing the start and of all steps, s.
@@ -167,6 +172,7 @@ pub(crate) fn read(plan: &Plan, root: &Path, number: usize, picture: bool) -> Me
         at: plan.members.get(number).map(|point| point.at.clone()).unwrap_or_default(),
         status,
         reason: reason.lines().next().unwrap_or_default().to_owned(),
+        totals: measures.last().map(|m| totals::totals(&directory, m.time)).unwrap_or_default(),
         steady: measures.last().map(|m| m.time).filter(|_| steady),
         measures,
         timing: Timing::read(&directory),
