@@ -4,6 +4,7 @@
 //! DIR/sweep.json              the plan: keys, values, members with their fingerprints
 //! DIR/members/h=0.5,D=0/      the run of one member, with measures.csv and shown.vtu
 //! DIR/sweep.csv, sweep.md     a row of measures and costs a member
+//! DIR/statistics.csv          mean and standard deviation over the seeds
 //! DIR/pictures.png            pictures of all members, arranged by the keys
 //! DIR/plot-h.svg, plot-h.png  the measures against a key
 //! DIR/sweep.sbatch, slurm/    an array job and what its tasks print
@@ -12,13 +13,15 @@
 //! The members are planned, run and gathered as those of any [study](super); here are the table with one row a
 //! member, the plots and the contact sheet.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::iter::once;
 use std::path::Path;
 
 use super::draw::contact_sheet::{ACROSS, ContactSheet, GAP, LINE, Shape, TILE};
 use super::draw::plot::StudyPlot;
+use super::draw::selected;
 use super::draw::table::{csv_table, markdown_table, number, work_cells, work_titles};
-use super::gather::{Measures, MemberResults, MemberStatus, ShownState, counts};
+use super::gather::{Measures, MemberResults, MemberStatus, ShownState, Statistics, counts};
 use super::plan::{Axis, Plan};
 use super::{draw, extent, write_files};
 use crate::num::real;
@@ -29,6 +32,8 @@ use crate::run::{Error, Result};
 
 /// Names of the files that gather a sweep.
 pub const TABLE: &str = "sweep.csv";
+/// Statistics over the seeds.
+pub const STATISTICS: &str = "statistics.csv";
 /// The table for people.
 pub const PAGE: &str = "sweep.md";
 /// The pictures.
@@ -41,8 +46,10 @@ pub const PLOT: &str = "plot-";
 /// # Errors
 /// A file that cannot be written.
 pub fn write_tables(plan: &Plan, members: &[MemberResults], root: &Path) -> Result<()> {
-    let files = [(TABLE, csv(plan, members)), (PAGE, markdown(plan, members))];
-    write_files(root, files.map(|(name, text)| (name.to_owned(), text.into_bytes())).to_vec())
+    let mut files = vec![(TABLE, csv(plan, members)), (PAGE, markdown(plan, members))];
+    files.extend(statistics_csv(plan, members).map(|text| (STATISTICS, text)));
+    let file = |(name, text): (&str, String)| (name.to_owned(), text.into_bytes());
+    write_files(root, files.into_iter().map(file).collect())
 }
 
 /// Writes tables, pictures and plots of `members` into `root`.
@@ -84,62 +91,129 @@ pub fn standing(members: &[MemberResults], all: bool) -> Result<String> {
     )))
 }
 
-/// A number of a member.
-pub struct Column {
-    /// Its title, with the unit.
-    pub title: &'static str,
-    /// The number; none where there is none.
-    pub of: fn(&MemberResults) -> Option<f64>,
-}
+/// A number of a member; none where there is none.
+type NumberOf = fn(&MemberResults) -> Option<f64>;
+/// The same, of a column that the species name.
+type BoxedNumberOf<'a> = Box<dyn Fn(&MemberResults) -> Option<f64> + 'a>;
 
 fn last(found: &MemberResults) -> Option<&Measures> {
     found.measures.last()
 }
 
-/// Columns of the tables: results and costs of a member.
-pub const COLUMNS: [Column; 11] = [
-    Column { title: "time", of: |f| Some(last(f)?.time) },
-    Column { title: "spots", of: |f| Some(real(last(f)?.spots)) },
-    Column { title: "separation d [length]", of: |f| last(f)?.separation },
-    Column { title: "nearest centres [length]", of: |f| last(f)?.nearest },
-    Column { title: "share", of: |f| Some(last(f)?.share) },
-    Column { title: "amplitude [length]", of: |f| Some(last(f)?.amplitude) },
-    Column { title: "energy [energy]", of: |f| Some(last(f)?.energy) },
-    Column { title: "time to steady", of: |f| f.steady },
-    Column { title: "CPU [s]", of: |f| f.seconds },
-    Column { title: "memory [MB]", of: |f| f.peak_resident_megabytes() },
-    Column { title: "steps", of: |f| Some(real(usize::try_from(f.work?.steps).ok()?)) },
+/// Results of a member: titles with units, and numbers.
+const RESULTS: [(&str, NumberOf); 8] = [
+    ("time", |f| Some(last(f)?.time)),
+    ("spots", |f| Some(real(last(f)?.spots))),
+    ("separation d [length]", |f| last(f)?.separation),
+    ("nearest centres [length]", |f| last(f)?.nearest),
+    ("share", |f| Some(last(f)?.share)),
+    ("amplitude [length]", |f| Some(last(f)?.amplitude)),
+    ("energy [energy]", |f| Some(last(f)?.energy)),
+    ("time to steady", |f| f.steady),
 ];
+/// Costs of a member.
+const COSTS: [(&str, NumberOf); 3] = [
+    ("CPU [s]", |f| f.seconds),
+    ("memory [MB]", |f| f.peak_resident_megabytes()),
+    ("steps", |f| Some(real(usize::try_from(f.work?.steps).ok()?))),
+];
+
+/// A column of numbers.
+struct Column<'a> {
+    /// Its title, with the unit.
+    title: &'a str,
+    /// The number of a member.
+    of: BoxedNumberOf<'a>,
+}
+
+/// Columns of the tables: results, with the totals of all species that a member has, and costs.
+fn columns(members: &[MemberResults]) -> Vec<Column<'_>> {
+    let fixed = |(title, of): (&'static str, NumberOf)| Column { title, of: Box::new(of) };
+    let titles = members.iter().flat_map(|found| found.totals.iter().map(|(title, _)| &**title));
+    let mut seen = BTreeSet::new();
+    let totals = titles.filter(|title| seen.insert(*title)).map(|title| {
+        let own = move |(own, total): &(String, f64)| (own == title).then_some(*total);
+        Column { title, of: Box::new(move |found| found.totals.iter().find_map(own)) }
+    });
+    let totals: Vec<Column<'_>> = totals.collect();
+    RESULTS.into_iter().map(fixed).chain(totals).chain(COSTS.into_iter().map(fixed)).collect()
+}
 
 /// The table as CSV: `member`, the keys, `status`, the measures, all counts of work but `steps`, which is one of
 /// these, `reason`. Cells without a value are empty.
 #[must_use]
 pub fn csv(plan: &Plan, members: &[MemberResults]) -> String {
     let keys = plan.axes.iter().map(|axis| axis.key.as_str());
+    let columns = columns(members);
     let titles = once("member").chain(keys).chain(once("status"));
-    let titles = titles.chain(COLUMNS.iter().map(|c| c.title)).map(str::to_owned);
+    let titles = titles.chain(columns.iter().map(|c| c.title)).map(str::to_owned);
     let mut rows = vec![titles.chain(work_titles(&["steps"])).chain(["reason".into()]).collect()];
     for (found, point) in members.iter().zip(&plan.members) {
         let row = once(point.folder.clone()).chain(values(plan, found));
-        let row = row.chain(COLUMNS.iter().map(|c| number((c.of)(found))));
+        let row = row.chain(columns.iter().map(|c| number((c.of)(found))));
         let row = row.chain(work_cells(found.work, &["steps"]));
         rows.push(row.chain(once(found.why_incomplete().to_owned())).collect());
     }
     csv_table(&rows)
 }
 
-/// The same for people, in Markdown: without folders, numbers in few digits, and only columns that have
+/// The statistics over the seeds as CSV; none without an axis of several seeds.
+#[must_use]
+pub fn statistics_csv(plan: &Plan, members: &[MemberResults]) -> Option<String> {
+    let rows = statistics_rows(plan, members, &columns(members), |axis| &axis.key, number);
+    rows.map(|rows| csv_table(&rows))
+}
+
+/// Statistics of `columns` over the complete members of every combination of the axes that are no seeds, in a row each:
+/// `mean`, `standard deviation`, and the number of values `n`; with the count of failed members. None without an axis
+/// of several seeds.
+fn statistics_rows(
+    plan: &Plan,
+    members: &[MemberResults],
+    columns: &[Column<'_>],
+    title: fn(&Axis) -> &str,
+    cell: fn(Option<f64>) -> String,
+) -> Option<Vec<Vec<String>>> {
+    plan.axes.iter().find(|axis| axis.is_seed() && axis.values.len() > 1)?;
+    let kept = |k: usize| !plan.axes[k].is_seed();
+    let mut groups: BTreeMap<Vec<usize>, Vec<&MemberResults>> = BTreeMap::new();
+    for found in members {
+        groups.entry(selected(&found.at, kept)).or_default().push(found);
+    }
+    let axes = || plan.axes.iter().filter(|axis| !axis.is_seed());
+    let head = axes().map(title).chain(["statistic", "failed"]);
+    let head = head.chain(columns.iter().map(|c| c.title)).map(str::to_owned);
+    let mut rows = vec![head.collect()];
+    for (at, group) in groups {
+        let failed = group.iter().filter(|f| f.status.is_lost()).count().to_string();
+        let complete = || group.iter().filter(|f| f.status == MemberStatus::Complete);
+        let values = |c: &Column<'_>| complete().filter_map(|f| (c.of)(f)).collect::<Vec<f64>>();
+        let found: Vec<_> = columns.iter().map(|c| Statistics::of(&values(c))).collect();
+        let mut row = |name: &str, of: fn(&Statistics) -> Option<f64>| {
+            let keys = axes().zip(&at).map(|(axis, k)| axis.value(*k).to_owned());
+            let keys = keys.chain([name.to_owned(), failed.clone()]);
+            rows.push(keys.chain(found.iter().map(|s| cell(of(s)))).collect());
+        };
+        row("mean", |s| s.mean);
+        row("standard deviation", |s| s.deviation);
+        row("n", |s| Some(real(s.count)));
+    }
+    Some(rows)
+}
+
+/// The tables for people, in Markdown: without folders, numbers in few digits, and only columns that have
 /// numbers.
 #[must_use]
 pub fn markdown(plan: &Plan, members: &[MemberResults]) -> String {
-    let known = |c: &&Column| members.iter().any(|f| (c.of)(f).is_some());
-    let columns: Vec<&Column> = COLUMNS.iter().filter(known).collect();
+    let mut columns = columns(members);
+    columns.retain(|c| members.iter().any(|f| (c.of)(f).is_some()));
+    let cell = |value: Option<f64>| value.map_or("-".into(), label);
     let keys = plan.axes.iter().map(|axis| axis.title()).chain(once("status"));
     let head = keys.chain(columns.iter().map(|c| c.title)).map(str::to_owned);
     let mut rows: Vec<Vec<String>> = vec![head.collect()];
     let mut notes = String::new();
     for found in members {
-        let numbers = columns.iter().map(|c| (c.of)(found).map_or("-".into(), label));
+        let numbers = columns.iter().map(|c| cell((c.of)(found)));
         rows.push(values(plan, found).chain(numbers).collect());
         if !found.why_incomplete().is_empty() {
             notes += &format!("* {}: {}: {}\n", found.name, found.status, found.why_incomplete());
@@ -151,7 +225,14 @@ pub fn markdown(plan: &Plan, members: &[MemberResults]) -> String {
         }
     }
     let between = if notes.is_empty() { "" } else { "\n" };
-    markdown_table(&rows) + between + &notes
+    let mut page = markdown_table(&rows) + between + &notes;
+    if let Some(rows) = statistics_rows(plan, members, &columns, Axis::title, cell) {
+        let seeds = plan.axes.iter().filter(|axis| axis.is_seed());
+        let seeds: Vec<&str> = seeds.map(|axis| axis.key.as_str()).collect();
+        page += &format!("\nOver {}, complete members:\n\n", seeds.join(" and "));
+        page += &markdown_table(&rows);
+    }
+    page
 }
 
 /// The values of a member's keys, and its status.
@@ -177,7 +258,7 @@ pub fn figure(plan: &Plan, members: &[MemberResults], across: usize) -> Figure {
     let lost = members.iter().filter(|f| f.status.is_lost());
     let failed: Vec<(usize, f64)> = lost.filter_map(|found| plot.curve_and_x(&found.at)).collect();
     let complete = || members.iter().filter(|f| f.status == MemberStatus::Complete);
-    let panel = |column: &Column| -> Option<Panel> {
+    let panel = |column: &Column<'_>| -> Option<Panel> {
         let values = complete().filter_map(|f| Some((&f.at[..], (column.of)(f)?)));
         let curves = plot.curves(values);
         // A measure that no member has is not drawn, unless all failed.
@@ -195,7 +276,7 @@ pub fn figure(plan: &Plan, members: &[MemberResults], across: usize) -> Figure {
         })
     };
     // The time reached does not count as a result.
-    let panels = COLUMNS[1..].iter().filter_map(panel).collect();
+    let panels = columns(members)[1..].iter().filter_map(panel).collect();
     plot.figure("all members", panels)
 }
 

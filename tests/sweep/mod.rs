@@ -8,6 +8,7 @@ mod pictures;
 mod resumed;
 mod running;
 mod slurm;
+mod statistics;
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -16,7 +16,7 @@ use crate::study::accuracy::Study;
 use crate::study::directory::{claim, names, refuse, remove_file, remove_run};
 use crate::study::gather::{MemberStatus, counts, gather, status};
 use crate::study::plan::Plan;
-use crate::study::sweep::{PAGE, PICTURES, PLOT, TABLE, write_tables};
+use crate::study::sweep::{PAGE, PICTURES, PLOT, STATISTICS, TABLE, write_tables};
 
 /// How members are run.
 #[derive(Debug, Clone, Default)]
@@ -243,8 +243,8 @@ fn clear(root: &Path) -> Result<()> {
         let _ = fs::remove_dir(logs);
     }
     let _ = fs::remove_dir(members);
-    let ours = [Plan::FILE, TABLE, PAGE, PICTURES, slurm::SCRIPT, ResultDirectory::REPORT];
-    let ours = [&ours[..], &Study::FILES[..]].concat();
+    let ours = [Plan::FILE, TABLE, STATISTICS, PAGE, PICTURES, slurm::SCRIPT];
+    let ours = [&ours[..], &[ResultDirectory::REPORT], &Study::FILES[..]].concat();
     for name in names(root)? {
         let plot = name.starts_with(PLOT) && (name.ends_with(".svg") || name.ends_with(".png"));
         if plot || ours.contains(&name.as_str()) {
