@@ -43,7 +43,7 @@ fn is_point(model: &Model) -> bool {
     model.sheet().triangles().is_empty()
 }
 
-/// Title of the column of the energy of all effects.
+/// Title of the column of the energy of all effects, which begins as those of species do.
 const TOTAL_ENERGY_TITLE: &str = "total energy [energy]";
 /// Prefix of the titles of the totals of species.
 const TOTAL: &str = "total ";
