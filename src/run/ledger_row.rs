@@ -49,7 +49,7 @@ const DRAG_TITLE: &str = "work of the drag [energy]";
 /// Titles of the columns of a quasi-static shape.
 const SNAP_TITLES: [&str; 3] =
     ["snaps", "energy released by snaps [energy]", "share of the work of the drag"];
-/// Title of the column of the energy of all effects.
+/// Title of the column of the energy of all effects, which begins as those of species do.
 const TOTAL_ENERGY_TITLE: &str = "total energy [energy]";
 /// Prefix of the titles of the totals of species.
 const TOTAL: &str = "total ";
