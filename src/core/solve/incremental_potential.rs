@@ -26,7 +26,7 @@ use serde::{Deserialize, Serialize};
 use super::equilibrium::Relaxation;
 use super::route::Route;
 use super::workspace::Minimisation;
-use super::{Result, Workspace, counters};
+use super::{Result, SolveError, Workspace, counters};
 use crate::Vec3;
 use crate::model::{Anchor, Mechanics, State};
 use crate::parallel;
@@ -104,18 +104,31 @@ struct Last {
     time: f64,
     /// Its length.
     span: f64,
-    anchor: Anchor,
+    origin: Origin,
     /// Velocities at its end.
     velocity: Vec<Vec3>,
     /// Work of the drag in the stage before it.
     work_before: f64,
 }
 
+/// Where a stage began.
+#[derive(Debug, Clone)]
+enum Origin {
+    /// A minimisation around this.
+    Anchor(Anchor),
+    /// An equilibrium, on to the next one near it.
+    Rest(Vec<Vec3>),
+}
+
 impl Last {
-    fn new((time, span): (f64, f64), anchor: Anchor, x: &[Vec3], work_before: f64) -> Self {
+    fn new((time, span): (f64, f64), origin: Origin, x: &[Vec3], work_before: f64) -> Self {
         let mut velocity = vec![Vec3::zeros(); x.len()];
-        parallel::fill(&mut velocity, |i| (x[i] - anchor.x[i]) / span);
-        Self { time, span, anchor, velocity, work_before }
+        let about = match &origin {
+            Origin::Anchor(anchor) => &anchor.x,
+            Origin::Rest(about) => about,
+        };
+        parallel::fill(&mut velocity, |i| (x[i] - about[i]) / span);
+        Self { time, span, origin, velocity, work_before }
     }
 }
 
@@ -139,6 +152,42 @@ impl Motion {
         Ok(())
     }
 
+    /// Begins a step at `start`; the velocities there, if they are known.
+    fn begin(&mut self, start: f64) -> Option<&[Vec3]> {
+        if let Some(last) = self.last.take().filter(|last| last.time == start) {
+            self.start = Some((last.time, last.velocity));
+        }
+        let known = self.start.as_ref().filter(|(time, _)| *time == start);
+        known.map(|(_, velocity)| velocity.as_slice())
+    }
+
+    /// Brings the shape of `next` to the equilibrium near that of `from`, looked for where the velocities lead; none where
+    /// there is none within the trust region.
+    ///
+    /// # Errors
+    /// If the model has no value there, or an obstacle is in the way.
+    pub(super) fn follow_equilibrium(
+        &mut self,
+        workspace: &mut Workspace,
+        from: &State,
+        next: &mut State,
+    ) -> Result<Option<Relaxation>> {
+        workspace.check_way(from, next)?;
+        let span = next.time - from.time;
+        let guess = self.begin(from.time).map(|velocity| along(&from.x, velocity, span));
+        let near = workspace.rest_nearby(next, guess)?;
+        if near.is_some() {
+            let origin = Origin::Rest(from.x.to_vec());
+            self.last = Some(Last::new((next.time, span), origin, &next.x, 0.0));
+        }
+        Ok(near)
+    }
+
+    /// Whether the last step led from an equilibrium to the next one.
+    pub(super) fn rests(&self) -> bool {
+        self.last.as_ref().is_some_and(|last| matches!(last.origin, Origin::Rest(_)))
+    }
+
     /// The shape of `from` moved on while the clock of `route` goes from one value to a later one.
     ///
     /// # Errors
@@ -153,11 +202,7 @@ impl Motion {
     ) -> Result<StepOutcome> {
         let _scope = counters::part(workspace.model.tally(), counters::MOTION);
         let step = until - start;
-        if let Some(last) = self.last.take().filter(|last| last.time == start) {
-            self.start = Some((last.time, last.velocity));
-        }
-        let velocity = self.start.as_ref().filter(|(time, _)| *time == start);
-        let velocity = velocity.map(|(_, velocity)| velocity.as_slice());
+        let velocity = self.begin(start);
         let stage = Stage { from, start, route, velocity, step, by };
         let mut done = Relaxation::default();
         let mut rough = None;
@@ -176,7 +221,7 @@ impl Motion {
                 stage.solve(workspace, pull.clone(), 1.0, Some((&first.x, guess)))?;
             done.add(&half);
             if !stage.rises(workspace, &next)? {
-                self.last = Some(Last::new((until, A * step), pull, &next.x, before));
+                self.last = Some(Last::new((until, A * step), Origin::Anchor(pull), &next.x, before));
                 return Ok(StepOutcome { x: next.x.into(), coarse, done });
             }
             rough = Some(next.x.into());
@@ -190,7 +235,7 @@ impl Motion {
             let led = velocity.map(|velocity| along(&from.x, velocity, step));
             extrapolated(&next.x, led.as_deref().unwrap_or(&from.x), 0.5)
         });
-        self.last = Some(Last::new((until, step), pull, &next.x, 0.0));
+        self.last = Some(Last::new((until, step), Origin::Anchor(pull), &next.x, 0.0));
         Ok(StepOutcome { x: next.x.into(), coarse, done })
     }
 
@@ -202,15 +247,17 @@ impl Motion {
     ///
     /// by the quadrature of the method, b = 1 for Euler, (1-a, a) for sdirk2.
     pub(super) fn dissipated(&self, mechanics: &Mechanics, x: &[Vec3]) -> f64 {
-        let of = |last: &Last| last.work_before + last.anchor.dissipation(mechanics, x);
-        self.last.as_ref().map_or(0.0, of)
+        self.last.as_ref().map_or(0.0, |last| match &last.origin {
+            Origin::Anchor(anchor) => last.work_before + anchor.dissipation(mechanics, x),
+            Origin::Rest(_) => 0.0,
+        })
     }
 
     /// Solves the last stage once more for `next`, whose species are no longer those that it was solved
     /// with: stiff waves follow them at once, and would be a sudden start of the next step.
     ///
     /// # Errors
-    /// If the stage fails.
+    /// If the stage fails; [`SolveError::Departed`] where no equilibrium is near.
     pub(super) fn correct(
         &mut self,
         workspace: &mut Workspace,
@@ -220,9 +267,12 @@ impl Motion {
             return Ok(Relaxation::default());
         };
         let _scope = counters::part(workspace.model.tally(), counters::MOTION);
-        let done = workspace.relax_anchored(next, last.anchor.clone(), None)?;
-        let Last { time, span, anchor, work_before, .. } = last;
-        self.last = Some(Last::new((time, span), anchor, &next.x, work_before));
+        let done = match &last.origin {
+            Origin::Anchor(anchor) => workspace.relax_anchored(next, anchor.clone(), None)?,
+            Origin::Rest(_) => workspace.rest_nearby(next, None)?.ok_or(SolveError::Departed)?,
+        };
+        let Last { time, span, origin, work_before, .. } = last;
+        self.last = Some(Last::new((time, span), origin, &next.x, work_before));
         Ok(done)
     }
 }

@@ -226,6 +226,13 @@ impl Staggered {
             done.add(&workspace.relax_once(next)?);
             return Ok(None);
         }
+        if self.is_stabilised(workspace)
+            && self.stabilised.rests()
+            && let Some(near) = self.motion.follow_equilibrium(workspace, state, next)?
+        {
+            done.add(&near);
+            return Ok(Some(next.x.to_vec()));
+        }
         let coarse = if self.shape == MotionMethod::TrBdf2 {
             let (from, to) = (state.species.clone(), next.species.clone());
             let course = TimeCourse::new((state.time, from), (next.time, to));
@@ -461,7 +468,20 @@ impl Staggered {
         predicted.x = coarse.into();
         // Moved through what the species did at first, slow waves err by Δt times what these then change, no more than the
         // method itself; stiff ones are to be brought along.
-        report.relaxation.add(&self.motion.correct(workspace, &mut next)?);
+        let rested = self.motion.rests();
+        match self.motion.correct(workspace, &mut next) {
+            Ok(more) => report.relaxation.add(&more),
+            // What the species then did is beyond a fold.
+            Err(error) if rested && error.is_without_rest() => {
+                self.stabilised.set_off();
+                let (next, done) = (&mut next, &mut report.relaxation);
+                next.x = state.x.clone();
+                if let Some(coarse) = self.follow_shape(workspace, state, next, done)? {
+                    predicted.x = coarse.into();
+                }
+            }
+            Err(error) => return Err(error),
+        }
         report.relaxation.residual = workspace.reported_residual(&next)?;
         report.relaxation.dissipated = self.motion.dissipated(workspace.model.mechanics(), &next.x);
         let error = error.max(self.shape_error(workspace, state, &predicted, &next));

@@ -60,6 +60,20 @@ pub(super) struct Stabilised {
     work: (f64, f64),
     /// The snap that is under way.
     snap: Option<Snap>,
+    /// Whether the shape is under way, rather than at rest.
+    moves: bool,
+}
+
+impl Stabilised {
+    /// Whether the shape is at rest, so that the next equilibrium may be near.
+    pub(super) fn rests(&self) -> bool {
+        !self.moves
+    }
+
+    /// The shape leaves its equilibrium.
+    pub(super) fn set_off(&mut self) {
+        self.moves = true;
+    }
 }
 
 /// A snap.
@@ -100,23 +114,39 @@ impl Staggered {
         next: &mut State,
         done: &mut Relaxation,
     ) -> Result<()> {
-        let by_drag = self.motion.dissipated(workspace.model.mechanics(), &next.x);
-        let before = workspace.energy(state)?;
-        let moved = workspace.energy(next)?;
-        let near = workspace.rest_nearby(next)?;
-        let rests = near.is_some();
-        done.add(&near.unwrap_or_default());
-        let after = if rests { workspace.energy(next)? } else { moved };
-        done.dissipated = by_drag + (moved - after);
-        done.supplied = after - before + done.dissipated;
+        let after = if self.motion.rests() {
+            balance_at_rest(workspace, state, next, done)?
+        } else {
+            self.come_to_rest(workspace, state, next, done)?
+        };
         self.stabilised.unchecked += done.iterations;
-        if rests && self.stabilised.unchecked >= CHECK_INTERVAL {
+        if self.stabilised.rests() && self.stabilised.unchecked >= CHECK_INTERVAL {
             self.stabilised.unchecked = 0;
             workspace.leave_saddle(next, done)?;
         }
         done.residual = workspace.reported_residual(next)?;
         self.note_snap(workspace, state, next, (after, done));
         Ok(())
+    }
+
+    /// Ends a step under drag at rest if an equilibrium is near; the energy then.
+    fn come_to_rest(
+        &mut self,
+        workspace: &mut Workspace,
+        state: &State,
+        next: &mut State,
+        done: &mut Relaxation,
+    ) -> Result<f64> {
+        let by_drag = self.motion.dissipated(workspace.model.mechanics(), &next.x);
+        let before = workspace.energy(state)?;
+        let moved = workspace.energy(next)?;
+        let near = workspace.rest_nearby(next, None)?;
+        self.stabilised.moves = near.is_none();
+        let after = if near.is_some() { workspace.energy(next)? } else { moved };
+        done.add(&near.unwrap_or_default());
+        done.dissipated = by_drag + (moved - after);
+        done.supplied = after - before + done.dissipated;
+        Ok(after)
     }
 
     /// Lowers η where the drag took up more than the share `largest` of the energy supplied, and raises it again.
@@ -146,7 +176,9 @@ impl Staggered {
         }
         done.drag_share = if *supplied > 0.0 { *dissipated / *supplied } else { 0.0 };
         if !snaps {
-            self.adapt_drag(self.largest_share(workspace), done);
+            if !self.motion.rests() {
+                self.adapt_drag(self.largest_share(workspace), done);
+            }
             if let Some(snap) = self.stabilised.snap.take() {
                 (done.snaps, done.released, done.snapped) = (1, snap.released, Some(snap.vertex));
             }
@@ -160,4 +192,34 @@ impl Staggered {
             (snap.vertex, snap.moved) = (vertex, moved);
         }
     }
+}
+
+/// Work in a step from the equilibrium of `state` to the one near it, that of `next`, with an error of third order in the step;
+/// the energy there:
+///
+/// ```text
+/// supplied ≈ ½ [U(x_n; q_n+1) - U(x_n; q_n) + U(x_n+1; q_n+1) - U(x_n+1; q_n)]
+/// ```
+fn balance_at_rest(
+    workspace: &mut Workspace,
+    state: &State,
+    next: &State,
+    done: &mut Relaxation,
+) -> Result<f64> {
+    let (before, after) = (workspace.energy(state)?, workspace.energy(next)?);
+    let ahead = workspace.energy(&with_shape(workspace, next, state))?;
+    let behind = workspace.energy(&with_shape(workspace, state, next))?;
+    let supplied = 0.5 * (ahead - before + after - behind);
+    let dissipated = (supplied - (after - before)).max(0.0);
+    // Where an obstacle moves through vertices there is no such energy.
+    done.dissipated = if dissipated.is_finite() { dissipated } else { 0.0 };
+    done.supplied = after - before + done.dissipated;
+    Ok(after)
+}
+
+/// The conditions of one state with the shape of another.
+fn with_shape(workspace: &Workspace, conditions: &State, shape: &State) -> State {
+    let mut mixed = State { x: shape.x.clone(), ..conditions.clone() };
+    workspace.model.mechanics().set_prescribed(mixed.time, &mut mixed.x);
+    mixed
 }

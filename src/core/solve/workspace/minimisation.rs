@@ -237,9 +237,12 @@ fn start_from(
     pinned: &[Vec3],
 ) {
     let Some(mut guess) = guess else { return };
-    potential.mechanics().keep_pins(pinned, &mut guess);
+    let mechanics = Arc::clone(potential.mechanics());
+    mechanics.keep_pins(pinned, &mut guess);
+    let mut led = x.clone();
+    mechanics.keep_pins(pinned, &mut led);
     if potential.allows(x, &guess, equilibrium::MIN_AREA_SHARE)
-        && potential.energy(&guess) < potential.energy(x)
+        && potential.energy(&guess) < potential.energy(&led)
     {
         *x = guess;
     }

@@ -51,20 +51,22 @@ const MAX_ROUNDS: usize = 10;
 const MAX_SADDLES: usize = 5;
 
 impl Workspace {
-    /// Brings the shape of `state` to the equilibrium near it; none, and the shape as it is, where there is none within the
-    /// trust region.
+    /// Brings the shape of `state` to the equilibrium near it, or near `guess` if that is a better start; none, and the
+    /// shape as it is, where there is none within the trust region.
     ///
     /// # Errors
     /// If the model has no value there.
     pub(in crate::solve) fn rest_nearby(
         &mut self,
         state: &mut State,
+        mut guess: Option<Vec<Vec3>>,
     ) -> Result<Option<Relaxation>> {
         let (mut next, mut done) = (state.clone(), Relaxation::default());
         // Where species live on faces, optimal lengths are those of the shape that a minimisation begins with.
         let rounds = if self.model.conditions_follow_shape() { MAX_ROUNDS } else { 1 };
         for _ in 0..rounds {
             let minimisation = Minimisation {
+                guess: guess.take(),
                 trust: Some(NEARBY),
                 distance_tolerance: DISTANCE_TOLERANCE,
                 ..Minimisation::default()
@@ -138,7 +140,7 @@ impl Workspace {
     /// The motion to an equilibrium, stable or not.
     fn flow(&mut self, state: &mut State, ramp: Option<Ramp>, done: &mut Relaxation) -> Result<()> {
         if ramp.is_none()
-            && let Some(near) = self.rest_nearby(state)?
+            && let Some(near) = self.rest_nearby(state, None)?
         {
             done.add(&near);
             return Ok(());
@@ -177,7 +179,7 @@ impl Workspace {
             }
             if course.is_frozen()
                 && moved < NEARBY * edge
-                && let Some(near) = self.rest_nearby(state)?
+                && let Some(near) = self.rest_nearby(state, None)?
             {
                 done.add(&near);
                 return Ok(());

@@ -45,7 +45,7 @@ impl Workspace {
         let mut x = saddle.to_vec();
         parallel::update(&mut x, |i, x| *x += MODE_DISPLACEMENT * edge * mode[i]);
         state.x = x.into();
-        let Some(near) = self.rest_nearby(state)? else { return Ok(true) };
+        let Some(near) = self.rest_nearby(state, None)? else { return Ok(true) };
         if self.reduction().distance(&saddle, &state.x) < NEUTRAL_DISTANCE * edge {
             done.iterations += near.iterations;
             state.x = saddle;
