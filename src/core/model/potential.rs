@@ -9,6 +9,7 @@ use std::sync::Arc;
 use super::constraint::Constraints;
 use super::counters::{self, energy};
 use super::error::ModelError;
+use super::hold::Hold;
 use super::mechanics::Mechanics;
 use super::proximal_term::Anchor;
 use crate::Vec3;
@@ -34,7 +35,7 @@ pub struct Potential {
     work: Vec<Work>,
     pub(super) constraints: Constraints,
     anchor: Option<Anchor>,
-    hold: Option<Vec<Vec3>>,
+    hold: Option<Hold>,
     force_scale: f64,
     /// Of the optimal lengths.
     lengths: Meter,
@@ -94,9 +95,9 @@ impl Potential {
         self.anchor.take()
     }
 
-    /// Adds dead forces on the vertices to what acts from now on, in place of those before.
-    pub(crate) fn set_hold(&mut self, force: Option<Vec<Vec3>>) {
-        self.hold = force;
+    /// Adds forces that hold the sheet to what acts from now on, in place of those before.
+    pub(crate) fn set_hold(&mut self, hold: Option<Hold>) {
+        self.hold = hold;
     }
 
     /// The pull towards an earlier shape.
@@ -272,9 +273,10 @@ impl Potential {
 
     /// The energy over all ranks: of the effects, of which each has its share, of the anchor and of what holds vertices.
     fn total(&self, effects: f64, x: &[Vec3]) -> f64 {
-        let (anchor, reduction) = (self.anchor.as_ref(), self.reduction());
+        let (anchor, hold, reduction) = (self.anchor.as_ref(), self.hold.as_ref(), self.reduction());
         let anchor = anchor.map_or(0.0, |anchor| anchor.energy_here(x, reduction));
-        let mut all = [effects, anchor, self.hold_energy_here(x)];
+        let hold = hold.map_or(0.0, |hold| hold.energy_here(x, reduction));
+        let mut all = [effects, anchor, hold];
         reduction.sum_over_ranks(&mut all);
         all[0] + all[1] + all[2]
     }
@@ -283,13 +285,6 @@ impl Potential {
     #[must_use]
     pub fn reduction(&self) -> &Reduction {
         self.mechanics.sheet().reduction()
-    }
-
-    /// Energy of the forces that hold the owned vertices, 0 at rest.
-    fn hold_energy_here(&self, x: &[Vec3]) -> f64 {
-        let Some(force) = &self.hold else { return 0.0 };
-        let rest = self.mechanics.sheet().rest();
-        -self.reduction().sum_here(x.len(), |i| force[i].dot(&(x[i] - rest[i])))
     }
 
     /// Total energy at `x` (L, if there are constraints), and its gradient with the fixed directions set
@@ -324,8 +319,8 @@ impl Potential {
         if let Some(anchor) = &self.anchor {
             anchor.add_gradient(x, gradient);
         }
-        if let Some(force) = &self.hold {
-            parallel::update(gradient, |i, g| *g -= force[i]);
+        if let Some(hold) = &self.hold {
+            hold.add_gradient(x, self.reduction(), gradient);
         }
         self.mechanics.fix(gradient);
         self.total(total[0], x)

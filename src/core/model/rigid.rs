@@ -99,7 +99,7 @@ pub fn free_motions(
 }
 
 /// The mean position.
-fn mean(x: &[Vec3], reduction: &Reduction) -> Vec3 {
+pub(crate) fn mean(x: &[Vec3], reduction: &Reduction) -> Vec3 {
     let mut centre: Vec3 = x[..reduction.owned(x.len())].iter().sum();
     reduction.sum_over_ranks(centre.as_mut_slice());
     centre / reduction.count(x.len()).max(1.0)

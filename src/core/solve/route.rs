@@ -1,8 +1,7 @@
 //! Conditions that change from those of one state to those of another.
 
 use super::workspace::Held;
-use crate::Vec3;
-use crate::model::State;
+use crate::model::{Hold, State};
 
 /// Species, internal variables, and the time that growth, loads and prescribed positions read, as functions of a clock:
 /// the time itself, or a pseudo-time in which they stay the same while lengths are ramped.
@@ -19,14 +18,16 @@ pub(super) struct Route<'a> {
 /// the vertices go to zero, `(1-s) f₀`.
 pub(super) struct Ramp {
     pub(super) lengths: (Vec<f64>, Vec<f64>),
-    pub(super) force: Vec<Vec3>,
+    /// The forces that hold the shape at first.
+    pub(super) hold: Hold,
 }
 
 impl Ramp {
     fn at(&self, s: f64) -> Held {
         let (from, to) = &self.lengths;
         let factor = from.iter().zip(to).map(|(a, b)| a.powf(1.0 - s) * b.powf(s)).collect();
-        Held { factor, force: self.force.iter().map(|f| (1.0 - s) * f).collect() }
+        let force = self.hold.force.iter().map(|f| (1.0 - s) * f).collect();
+        Held { factor, hold: Hold { force, shape: self.hold.shape.clone() } }
     }
 }
 

@@ -466,22 +466,7 @@ impl Staggered {
             return Ok((next, error));
         };
         predicted.x = coarse.into();
-        // Moved through what the species did at first, slow waves err by Δt times what these then change, no more than the
-        // method itself; stiff ones are to be brought along.
-        let rested = self.motion.rests();
-        match self.motion.correct(workspace, &mut next) {
-            Ok(more) => report.relaxation.add(&more),
-            // What the species then did is beyond a fold.
-            Err(error) if rested && error.is_without_rest() => {
-                self.stabilised.set_off();
-                let (next, done) = (&mut next, &mut report.relaxation);
-                next.x = state.x.clone();
-                if let Some(coarse) = self.follow_shape(workspace, state, next, done)? {
-                    predicted.x = coarse.into();
-                }
-            }
-            Err(error) => return Err(error),
-        }
+        self.correct_shape(workspace, state, (&mut predicted, &mut next), &mut report.relaxation)?;
         report.relaxation.residual = workspace.reported_residual(&next)?;
         report.relaxation.dissipated = self.motion.dissipated(workspace.model.mechanics(), &next.x);
         let error = error.max(self.shape_error(workspace, state, &predicted, &next));
@@ -489,6 +474,37 @@ impl Staggered {
             self.rest(workspace, state, &mut next, &mut report.relaxation)?;
         }
         Ok((next, error))
+    }
+
+    /// Brings the shape of `next` along with what its species have become since it was `predicted`.
+    ///
+    /// Moved through what the species did at first, slow waves err by Δt times what these then change, no more than the
+    /// method itself; stiff ones are to be brought along.
+    fn correct_shape(
+        &mut self,
+        workspace: &mut Workspace,
+        state: &State,
+        (predicted, next): (&mut State, &mut State),
+        done: &mut Relaxation,
+    ) -> Result<()> {
+        let rested = self.motion.rests();
+        match self.motion.correct(workspace, next) {
+            Ok(more) => {
+                done.add(&more);
+                if !rested || self.shape_error(workspace, state, predicted, next) <= 1.0 {
+                    return Ok(());
+                }
+            }
+            Err(error) if rested && error.is_without_rest() => {}
+            Err(error) => return Err(error),
+        }
+        // A fold lies between the two.
+        self.stabilised.set_off();
+        next.x = state.x.clone();
+        if let Some(coarse) = self.follow_shape(workspace, state, next, done)? {
+            predicted.x = coarse.into();
+        }
+        Ok(())
     }
 
     /// The same of the shape, where it has storage: there it may move while the species are nearly steady.

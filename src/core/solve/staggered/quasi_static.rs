@@ -35,25 +35,27 @@ use serde::{Deserialize, Serialize};
 use super::Staggered;
 use crate::model::State;
 use crate::solve::equilibrium::Relaxation;
-use crate::solve::{Result, Workspace};
+use crate::sheet::is_turned;
+use crate::solve::{Result, SolveError, Workspace};
 
 /// Iterations of relaxations between two checks of the stability of the shape: a check costs about as much as ten.
 const CHECK_INTERVAL: usize = 20;
-/// The largest drag in units of `S Y T`. Larger ones delay slow instabilities; smaller ones cost steps in snaps.
-const LARGEST_DRAG: f64 = 1e-3;
-/// The drag changes by factors between these from step to step.
-const DRAG_FACTORS: (f64, f64) = (0.1, 2.0);
+/// The drag in units of `S Y T`: a share of about S of T is then the time in which soft bending waves relax, whose stiffness is
+/// some 10⁻⁴ of that of stretching.
+const DRAG: f64 = 1e-4;
 /// In a snap the work of the drag is at least so many times the energy supplied; where a sheet that is free of stress grows under
 /// drag, the two are the same.
 const SNAP_RATIO: f64 = 2.0;
+/// On a smooth path the energy rises at the old conditions by at least this share of what it drops by at the new ones.
+const SMOOTH_SHARE: f64 = 0.5;
 /// Work of the drag below this share of the energy is round-off.
 const ROUND_OFF: f64 = 1e-9;
 
 /// What a quasi-static shape keeps from step to step.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Stabilised {
-    /// η and the most that it is, factors on the drag of the scene; none before the first step.
-    drag: Option<(f64, f64)>,
+    /// η, a factor on the drag of the scene; none before the first step.
+    drag: Option<f64>,
     /// Iterations since the stability of the shape was checked.
     unchecked: usize,
     /// Work of the drag and energy supplied since the start of the run, outside of snaps.
@@ -93,17 +95,13 @@ impl Staggered {
         workspace: &mut Workspace,
         state: &State,
     ) -> Result<f64> {
-        if let Some((drag, _)) = self.stabilised.drag {
+        if let Some(drag) = self.stabilised.drag {
             return Ok(drag);
         }
-        let most = LARGEST_DRAG * self.largest_share(workspace) * workspace.unit_drag(state)?;
-        self.stabilised.drag = Some((most, most));
-        Ok(most)
-    }
-
-    /// S, the largest share of the energy supplied that the drag takes up.
-    fn largest_share(&self, workspace: &Workspace) -> f64 {
-        workspace.stabilisation.share.unwrap_or(self.spec.rtol.get())
+        let share = workspace.stabilisation.share.unwrap_or(self.spec.rtol.get());
+        let drag = DRAG * share * workspace.unit_drag(state)?;
+        self.stabilised.drag = Some(drag);
+        Ok(drag)
     }
 
     /// Brings the shape of `next`, which has moved from that of `state` under drag, to rest if an equilibrium is near.
@@ -114,11 +112,14 @@ impl Staggered {
         next: &mut State,
         done: &mut Relaxation,
     ) -> Result<()> {
-        let after = if self.motion.rests() {
-            balance_at_rest(workspace, state, next, done)?
-        } else {
-            self.come_to_rest(workspace, state, next, done)?
-        };
+        let before = workspace.energy(state)?;
+        if !self.motion.rests() {
+            done.dissipated = self.come_to_rest(workspace, state, next, done)?;
+        }
+        let after = workspace.energy(next)?;
+        let lost = lost_in_snap(workspace, (state, before), (next, after))?;
+        done.dissipated = done.dissipated.max(lost);
+        done.supplied = after - before + done.dissipated;
         self.stabilised.unchecked += done.iterations;
         if self.stabilised.rests() && self.stabilised.unchecked >= CHECK_INTERVAL {
             self.stabilised.unchecked = 0;
@@ -129,7 +130,7 @@ impl Staggered {
         Ok(())
     }
 
-    /// Ends a step under drag at rest if an equilibrium is near; the energy then.
+    /// Ends a step under drag at rest if an equilibrium is near; the work that the drag took up.
     fn come_to_rest(
         &mut self,
         workspace: &mut Workspace,
@@ -137,26 +138,16 @@ impl Staggered {
         next: &mut State,
         done: &mut Relaxation,
     ) -> Result<f64> {
+        if is_turned(workspace.model.sheet(), &state.x, &next.x) {
+            return Err(SolveError::InsideOut);
+        }
         let by_drag = self.motion.dissipated(workspace.model.mechanics(), &next.x);
-        let before = workspace.energy(state)?;
         let moved = workspace.energy(next)?;
         let near = workspace.rest_nearby(next, None)?;
         self.stabilised.moves = near.is_none();
-        let after = if near.is_some() { workspace.energy(next)? } else { moved };
-        done.add(&near.unwrap_or_default());
-        done.dissipated = by_drag + (moved - after);
-        done.supplied = after - before + done.dissipated;
-        Ok(after)
-    }
-
-    /// Lowers η where the drag took up more than the share `largest` of the energy supplied, and raises it again.
-    fn adapt_drag(&mut self, largest: f64, done: &Relaxation) {
-        let share = done.dissipated / (done.dissipated + done.supplied.abs());
-        if let Some((drag, most)) = &mut self.stabilised.drag
-            && share.is_finite()
-        {
-            *drag = (*drag * (largest / share).clamp(DRAG_FACTORS.0, DRAG_FACTORS.1)).min(*most);
-        }
+        let Some(near) = near else { return Ok(by_drag) };
+        done.add(&near);
+        Ok(by_drag + moved - workspace.energy(next)?)
     }
 
     /// Follows a snap: it is over in the first step that dissipates less than is supplied.
@@ -176,9 +167,6 @@ impl Staggered {
         }
         done.drag_share = if *supplied > 0.0 { *dissipated / *supplied } else { 0.0 };
         if !snaps {
-            if !self.motion.rests() {
-                self.adapt_drag(self.largest_share(workspace), done);
-            }
             if let Some(snap) = self.stabilised.snap.take() {
                 (done.snaps, done.released, done.snapped) = (1, snap.released, Some(snap.vertex));
             }
@@ -194,27 +182,24 @@ impl Staggered {
     }
 }
 
-/// Work in a step from the equilibrium of `state` to the one near it, that of `next`, with an error of third order in the step;
-/// the energy there:
+/// Energy lost in a step from the shape of `state` to that of `next`, if it snaps: where the new shape has hardly more energy
+/// than the old one before the step, or less,
 ///
 /// ```text
-/// supplied ≈ ½ [U(x_n; q_n+1) - U(x_n; q_n) + U(x_n+1; q_n+1) - U(x_n+1; q_n)]
+/// drop = U(x_n; q_n+1) - U(x_n+1; q_n+1)        rise = U(x_n+1; q_n) - U(x_n; q_n)        lost ≈ ½ (drop - rise)
 /// ```
-fn balance_at_rest(
+///
+/// by the trapezoidal rule for the energy supplied. On a smooth path of equilibria the two are the same to third order in
+/// the step, and nothing is lost.
+fn lost_in_snap(
     workspace: &mut Workspace,
-    state: &State,
-    next: &State,
-    done: &mut Relaxation,
+    (state, before): (&State, f64),
+    (next, after): (&State, f64),
 ) -> Result<f64> {
-    let (before, after) = (workspace.energy(state)?, workspace.energy(next)?);
-    let ahead = workspace.energy(&with_shape(workspace, next, state))?;
-    let behind = workspace.energy(&with_shape(workspace, state, next))?;
-    let supplied = 0.5 * (ahead - before + after - behind);
-    let dissipated = (supplied - (after - before)).max(0.0);
-    // Where an obstacle moves through vertices there is no such energy.
-    done.dissipated = if dissipated.is_finite() { dissipated } else { 0.0 };
-    done.supplied = after - before + done.dissipated;
-    Ok(after)
+    let rise = workspace.energy(&with_shape(workspace, state, next))? - before;
+    let drop = workspace.energy(&with_shape(workspace, next, state))? - after;
+    let snaps = rise.is_finite() && drop.is_finite() && rise < SMOOTH_SHARE * drop;
+    Ok(if snaps { 0.5 * (drop - rise) } else { 0.0 })
 }
 
 /// The conditions of one state with the shape of another.

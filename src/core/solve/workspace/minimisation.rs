@@ -6,10 +6,13 @@ use super::super::equilibrium::{self, Equilibrium, Goal, Relaxation, TrustRegion
 use super::super::{Result, SolveError, counters};
 use super::Workspace;
 use crate::Vec3;
-use crate::model::{Anchor, Potential, State};
+use crate::model::{Anchor, Hold, Potential, State, mean};
 
 /// Most relaxations one after the other where lengths depend on the shape; each leaves a small part of the force.
 const MAX_ROUNDS: usize = 30;
+
+/// Strain below which no scaled shape is tried.
+const SMALL_GROWTH: f64 = 1e-2;
 
 /// How a minimum is looked for.
 pub(in crate::solve) struct Minimisation {
@@ -37,19 +40,18 @@ impl Default for Minimisation {
     }
 }
 
-/// Length factors in place of those of the species, and forces that hold the vertices.
+/// Length factors in place of those of the species, and forces that hold the sheet.
 pub(in crate::solve) struct Held {
     /// Φ of every edge.
     pub(in crate::solve) factor: Vec<f64>,
-    /// Force on every vertex.
-    pub(in crate::solve) force: Vec<Vec3>,
+    pub(in crate::solve) hold: Hold,
 }
 
 impl Held {
     /// Brings `potential` under it.
     pub(in crate::solve) fn act_on(self, potential: &mut Potential) {
         potential.set_length_factor(&self.factor);
-        potential.set_hold(Some(self.force));
+        potential.set_hold(Some(self.hold));
     }
 }
 
@@ -229,21 +231,49 @@ fn relaxing(done: &Relaxation) -> String {
     format!("relaxing the shape, {iterations} iterations, largest force {residual:.1e}")
 }
 
-/// Puts `guess` in place of `x`, with the fixed directions of `pinned`, if it is allowed and has less energy.
+/// Puts `guess`, or `x` as large as its optimal lengths ask for, in place of `x` where that is allowed and has less energy;
+/// with the fixed directions of `pinned`.
 fn start_from(
     guess: Option<Vec<Vec3>>,
     potential: &mut Potential,
     x: &mut Vec<Vec3>,
     pinned: &[Vec3],
 ) {
-    let Some(mut guess) = guess else { return };
+    let scaled = scaled(potential, x);
+    if guess.is_none() && scaled.is_none() {
+        return;
+    }
     let mechanics = Arc::clone(potential.mechanics());
-    mechanics.keep_pins(pinned, &mut guess);
     let mut led = x.clone();
     mechanics.keep_pins(pinned, &mut led);
-    if potential.allows(x, &guess, equilibrium::MIN_AREA_SHARE)
-        && potential.energy(&guess) < potential.energy(&led)
-    {
-        *x = guess;
+    let mut least = potential.energy(&led);
+    let begin = x.clone();
+    for mut guess in guess.into_iter().chain(scaled) {
+        mechanics.keep_pins(pinned, &mut guess);
+        if potential.allows(&begin, &guess, equilibrium::MIN_AREA_SHARE) {
+            let energy = potential.energy(&guess);
+            if energy < least {
+                (least, *x) = (energy, guess);
+            }
+        }
     }
+}
+
+/// `x` scaled about its centre to where its edges fit their optimal lengths best; none if it is nearly that large.
+fn scaled(potential: &Potential, x: &[Vec3]) -> Option<Vec<Vec3>> {
+    let (sheet, reduction) = (potential.sheet(), potential.reduction());
+    let mut sums = [0.0; 2];
+    for (edge, optimal) in sheet.edges().iter().zip(potential.metric().length()) {
+        let [a, b] = edge.vertices.map(|v| x[v as usize]);
+        let length = (b - a).norm();
+        sums[0] += optimal * length;
+        sums[1] += length * length;
+    }
+    reduction.sum_over_ranks(&mut sums);
+    let factor = sums[0] / sums[1];
+    if !((factor - 1.0).abs() > SMALL_GROWTH) {
+        return None;
+    }
+    let centre = mean(x, reduction);
+    Some(x.iter().map(|x| centre + factor * (x - centre)).collect())
 }

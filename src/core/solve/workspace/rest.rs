@@ -11,7 +11,7 @@
 //!
 //! ```text
 //! l̄_e(τ) = |x_i - x_j|^(1-τ) l̄_e^τ        up to τ = 1, for every edge e = ij of the shape x at τ = 0
-//! f(τ)   = (1-τ) f₀                         f₀ = ∂U/∂x there: the forces that hold that shape
+//! f(τ)   = (1-τ) f₀                         f₀ = ∂U/∂x there: the forces that hold that shape, which turn with it
 //! ```
 //!
 //! So a dose that asks for much growth at once is grown into slowly, rather than from a crushed sheet.
@@ -23,7 +23,7 @@ use super::super::route::{Ramp, Route};
 use super::super::{Result, SolveError, end_of_step};
 use super::{Minimisation, Workspace};
 use crate::Vec3;
-use crate::model::State;
+use crate::model::{Hold, State};
 use crate::sheet::is_turned;
 
 /// Radius of the trust region of a minimisation that is to stay on its branch, in mean edges: with 2 there, coarse meshes
@@ -38,6 +38,8 @@ const DRAG: f64 = 1e-7;
 /// Displacement that the first step is expected to make, in mean edges, and its share of a ramp.
 const FIRST_DISPLACEMENT: f64 = 0.1;
 const FIRST_SHARE: f64 = 0.1;
+/// In a step as long as this, in units of a ramp, drag holds nothing any more.
+const LONGEST_STEP: f64 = 1e12;
 /// Logarithmic strain below which lengths are not ramped.
 const SMALL_STRAIN: f64 = 1e-3;
 /// Steps are proposed shorter than their error allows, and change by factors between these.
@@ -52,7 +54,7 @@ const MAX_SADDLES: usize = 5;
 
 impl Workspace {
     /// Brings the shape of `state` to the equilibrium near it, or near `guess` if that is a better start; none, and the
-    /// shape as it is, where there is none within the trust region.
+    /// shape unchanged, where there is none within the trust region.
     ///
     /// # Errors
     /// If the model has no value there.
@@ -134,7 +136,8 @@ impl Workspace {
         potential.set_length_factor(&from);
         let mut force = vec![Vec3::zeros(); state.x.len()];
         potential.energy_gradient(&state.x, &mut force);
-        Ok(Some(Ramp { lengths: (from, to), force }))
+        let hold = Hold { force, shape: state.x.to_vec() };
+        Ok(Some(Ramp { lengths: (from, to), hold }))
     }
 
     /// The motion to an equilibrium, stable or not.
@@ -150,7 +153,7 @@ impl Workspace {
         let most = self.iterations() + ITERATION_BUDGET * self.most_iterations();
         let mut motion = Motion::default();
         let mut course = self.begin_course(state, ramp)?;
-        while self.iterations() <= most && course.step > 0.0 {
+        while self.iterations() <= most && course.step > 0.0 && course.step < LONGEST_STEP {
             let until = course.end_of_step();
             let next = self.step_in_pseudo_time(&mut motion, state, &course, until);
             let (x, error) = match next {
@@ -169,8 +172,6 @@ impl Workspace {
             }
             let moved = self.reduction().distance(&state.x, &x);
             state.x = x.into();
-            // Dead forces that push inwards would turn a sheet that floats.
-            self.align(state, &begin)?;
             // A load that nothing holds would move the sheet for ever.
             if self.reduction().distance(&begin, &state.x) > extent
                 && let Some(error) = self.diagnosed(state, diagnosis::net_force)?
