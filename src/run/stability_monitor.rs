@@ -114,7 +114,7 @@ impl StabilityMonitor {
         }
     }
 
-    /// Whether a quasi-static shape is in the middle of a snap: it is counted as it is, and no event.
+    /// Whether a quasi-static shape is in the middle of a snap: negative directions are counted then, but are no event.
     fn is_under_way(&self, simulation: &Simulation, report: &StepReport) -> bool {
         let tolerance = simulation.stepper.workspace.force_tolerance();
         !self.moving && report.relaxation.residual > tolerance

@@ -89,8 +89,7 @@ fn a_plate_rests_on_a_flat_mesh_as_on_a_plane() {
     let here = folder("");
     let flat = Shape::Rectangle { width: 4.4, height: 4.4 };
     write_mesh(here.path(), &flat, 230, Vec3::new(0.0, 0.0, -0.08));
-    let press =
-        "{ kind = 'pin', where = 'all', axes = 'xy' }, { kind = 'pressure', value = -5.0 },";
+    let press = "{ kind = 'pin', where = 'all', axes = 'xy' }, { kind = 'load', where = 'all', force = { per-area = [0, 0, -5.0] } },";
     let height = |obstacle: &str| {
         let mut simulation = prepare(&plate(3.0, 120, 1.0, &format!("{press} {obstacle}")), &[]).1;
         simulation.prepare().unwrap();

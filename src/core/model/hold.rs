@@ -45,18 +45,22 @@ impl Hold {
             moment += (x - centre) * (b - held).transpose();
         }
         reduction.sum_over_ranks(moment.as_mut_slice());
-        let svd = moment.svd(true, true);
-        let (Some(u), Some(v)) = (svd.u, svd.v_t) else {
+        let centres = (centre, held);
+        // The decomposition of what is not finite does not end.
+        let finite = moment.iter().all(|value| value.is_finite());
+        let svd = finite.then(|| moment.svd(true, true));
+        let Some((Some(u), Some(v), values)) = svd.map(|svd| (svd.u, svd.v_t, svd.singular_values))
+        else {
             let (rotation, inertia) = (Matrix3::identity(), Matrix3::identity());
-            return Turned { rotation, inertia, centres: (centre, held) };
+            return Turned { rotation, inertia, centres };
         };
         let mut proper = Matrix3::identity();
-        let least = svd.singular_values.imin();
+        let least = values.imin();
         proper[(least, least)] = (u * v).determinant().signum();
         let rotation = u * proper * v;
         let stretch = rotation.transpose() * moment;
         let inertia = Matrix3::from_diagonal_element(stretch.trace()) - stretch;
-        Turned { rotation, inertia, centres: (centre, held) }
+        Turned { rotation, inertia, centres }
     }
 
     /// U_h of the vertices owned here, 0 where the shape is only turned.

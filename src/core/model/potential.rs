@@ -273,7 +273,8 @@ impl Potential {
 
     /// The energy over all ranks: of the effects, of which each has its share, of the anchor and of what holds vertices.
     fn total(&self, effects: f64, x: &[Vec3]) -> f64 {
-        let (anchor, hold, reduction) = (self.anchor.as_ref(), self.hold.as_ref(), self.reduction());
+        let (anchor, hold, reduction) =
+            (self.anchor.as_ref(), self.hold.as_ref(), self.reduction());
         let anchor = anchor.map_or(0.0, |anchor| anchor.energy_here(x, reduction));
         let hold = hold.map_or(0.0, |hold| hold.energy_here(x, reduction));
         let mut all = [effects, anchor, hold];

@@ -221,7 +221,8 @@ impl Motion {
                 stage.solve(workspace, pull.clone(), 1.0, Some((&first.x, guess)))?;
             done.add(&half);
             if !stage.rises(workspace, &next)? {
-                self.last = Some(Last::new((until, A * step), Origin::Anchor(pull), &next.x, before));
+                self.last =
+                    Some(Last::new((until, A * step), Origin::Anchor(pull), &next.x, before));
                 return Ok(StepOutcome { x: next.x.into(), coarse, done });
             }
             rough = Some(next.x.into());

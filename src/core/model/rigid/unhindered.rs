@@ -163,6 +163,10 @@ fn null_space(motions: &[Motion], columns: &[Option<DVector<f64>>], limit: f64) 
     }
     let columns: Vec<DVector<f64>> = columns.iter().flatten().cloned().collect();
     let change = DMatrix::from_columns(&columns);
+    // The decomposition of what is not finite does not end.
+    if !change.iter().all(|value| value.is_finite()) {
+        return Vec::new();
+    }
     // Squares of the matrix would lose what is free beside what is stiff.
     let Some(svd) = change.try_svd(false, true, f64::EPSILON, 0) else { return Vec::new() };
     let Some(rows) = svd.v_t else { return Vec::new() };

@@ -1,31 +1,28 @@
 //! The quasi-static shape: the motion under a small drag, and rest where an equilibrium is near.
 //!
 //! ```text
-//! η W dx/dt = -∂U/∂x (x; q(t))          η W̄ ≤ 10⁻³ S Y T,      dissipated ≤ S (supplied + dissipated)
+//! 0 = -∂U/∂x (x; q(t_n+1))                                        within a quarter of an edge
+//! η W dx/dt = -∂U/∂x (x; q(t))          η W̄ ≤ 10⁻⁴ S Y T           where there is no such equilibrium
 //! ```
 //!
-//! Users of finite elements know this as automatic stabilisation: an artificial drag, so small that its work does not
-//! count, lets the shape go through instabilities. S is `time.stabilisation`, the relative tolerance if the scene gives
-//! none; W is the drag of the scene with the mean W̄; Y the stretching stiffness, force/length; T the time in which the
-//! fastest species changes by its typical magnitude at first, at most the span of the run. η begins at its largest; after a
-//! step whose drag takes up more than the share S of the energy supplied it is lowered in proportion. The step is that of
-//! `simultaneous`, with the same stages, error estimate and control. At its end
+//! A step from an equilibrium leads to the one within a quarter of an edge of where the velocities point, so that smooth
+//! paths are as exact as equilibria are. Where there is none, or where the last correction of the species leads to another
+//! one, the step is one of `simultaneous` under a small drag, with the same stages, error estimate and control. Users of finite
+//! elements know this as automatic stabilisation: an artificial drag, so small that its work does not count, lets the shape
+//! go through instabilities. At the end of such a step the equilibrium within a quarter of an edge replaces the shape; where
+//! there is none a snap is under way, and continues under drag in the next step.
 //!
-//! ```text
-//! 0 = -∂U/∂x (x; q(t_n+1))              within a quarter of an edge
-//! ```
-//!
-//! replaces the shape where there is such an equilibrium, so that smooth paths are as exact as equilibria are. Where there
-//! is none a snap is under way, and goes on under drag in the next step.
-//!
-//! The work that the drag takes up, what the shape loses on the way to rest included, is a loss of energy; the rest of the
-//! change of the energy is supplied by growth, loads and what is prescribed:
+//! S is `time.stabilisation`, the relative tolerance if the scene gives none; W is the drag of the scene with the mean W̄; Y
+//! the stretching stiffness, force/length; T the time in which the fastest species changes by its typical magnitude at first,
+//! at most the span of the run. η begins at its largest. A step outside of a snap whose drag takes up more than the share S of
+//! the energy supplied lowers it in proportion, to a thousandth at most; later steps raise it again.
 //!
 //! ```text
 //! U(x_n+1; q_n+1) - U(x_n; q_n) = supplied - dissipated
 //! ```
 //!
-//! In a snap the sheet dissipates more than is supplied, however small the drag is: there η stays what it is.
+//! What the shape loses on the way to rest is dissipated too. In a snap the sheet dissipates more than is supplied, however
+//! small the drag is.
 //!
 //! References: Agostiniani & Rossi, J. Differential Equations 263 (2017) (the limit of vanishing drag); Scilla &
 //! Solombrino, arXiv:1712.06182 (minimising movements with a drag that vanishes).
@@ -34,15 +31,19 @@ use serde::{Deserialize, Serialize};
 
 use super::Staggered;
 use crate::model::State;
-use crate::solve::equilibrium::Relaxation;
 use crate::sheet::is_turned;
+use crate::solve::equilibrium::Relaxation;
 use crate::solve::{Result, SolveError, Workspace};
 
 /// Iterations of relaxations between two checks of the stability of the shape: a check costs about as much as ten.
 const CHECK_INTERVAL: usize = 20;
-/// The drag in units of `S Y T`: a share of about S of T is then the time in which soft bending waves relax, whose stiffness is
-/// some 10⁻⁴ of that of stretching.
-const DRAG: f64 = 1e-4;
+/// The largest drag in units of `S Y T`: a share of about S of T is then the time in which soft bending waves relax, whose
+/// stiffness is some 10⁻⁴ of that of stretching. Smaller ones cost steps in snaps.
+const LARGEST_DRAG: f64 = 1e-4;
+/// The least in units of the largest: a drag that follows the shortening steps of a snap would never let it end.
+const LEAST_DRAG: f64 = 1e-3;
+/// The drag changes by factors between these from step to step.
+const DRAG_FACTORS: (f64, f64) = (0.1, 2.0);
 /// In a snap the work of the drag is at least so many times the energy supplied; where a sheet that is free of stress grows under
 /// drag, the two are the same.
 const SNAP_RATIO: f64 = 2.0;
@@ -54,8 +55,8 @@ const ROUND_OFF: f64 = 1e-9;
 /// What a quasi-static shape keeps from step to step.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Stabilised {
-    /// η, a factor on the drag of the scene; none before the first step.
-    drag: Option<f64>,
+    /// η and the most that it is, factors on the drag of the scene; none before the first step.
+    drag: Option<(f64, f64)>,
     /// Iterations since the stability of the shape was checked.
     unchecked: usize,
     /// Work of the drag and energy supplied since the start of the run, outside of snaps.
@@ -95,13 +96,28 @@ impl Staggered {
         workspace: &mut Workspace,
         state: &State,
     ) -> Result<f64> {
-        if let Some(drag) = self.stabilised.drag {
+        if let Some((drag, _)) = self.stabilised.drag {
             return Ok(drag);
         }
-        let share = workspace.stabilisation.share.unwrap_or(self.spec.rtol.get());
-        let drag = DRAG * share * workspace.unit_drag(state)?;
-        self.stabilised.drag = Some(drag);
-        Ok(drag)
+        let most = LARGEST_DRAG * self.largest_share(workspace) * workspace.unit_drag(state)?;
+        self.stabilised.drag = Some((most, most));
+        Ok(most)
+    }
+
+    /// S, the largest share of the energy supplied that the drag takes up.
+    fn largest_share(&self, workspace: &Workspace) -> f64 {
+        workspace.stabilisation.share.unwrap_or(self.spec.rtol.get())
+    }
+
+    /// Lowers η after a step whose drag took up more than the share S of the energy supplied, and raises it again.
+    fn adapt_drag(&mut self, workspace: &Workspace, done: &Relaxation) {
+        let share = done.dissipated / (done.dissipated + done.supplied.abs());
+        let factor = (self.largest_share(workspace) / share).clamp(DRAG_FACTORS.0, DRAG_FACTORS.1);
+        if let Some((drag, most)) = &mut self.stabilised.drag
+            && factor.is_finite()
+        {
+            *drag = (*drag * factor).clamp(LEAST_DRAG * *most, *most);
+        }
     }
 
     /// Brings the shape of `next`, which has moved from that of `state` under drag, to rest if an equilibrium is near.
@@ -167,6 +183,7 @@ impl Staggered {
         }
         done.drag_share = if *supplied > 0.0 { *dissipated / *supplied } else { 0.0 };
         if !snaps {
+            self.adapt_drag(workspace, done);
             if let Some(snap) = self.stabilised.snap.take() {
                 (done.snaps, done.released, done.snapped) = (1, snap.released, Some(snap.vertex));
             }

@@ -253,7 +253,14 @@ impl Workspace {
                 .or_else(|| diagnosis::stretched(potential, x))
         });
         self.set_stuck(state.clone());
-        cause.ok().flatten().unwrap_or(SolveError::WithoutRest { time: state.time })
+        if let Some(error) = cause.ok().flatten() {
+            return error;
+        }
+        // A relaxation from there says more of why.
+        match self.relax_once(&mut state.clone()) {
+            Err(error) if error.is_without_rest() => error,
+            _ => SolveError::WithoutRest { time: state.time },
+        }
     }
 }
 
