@@ -38,8 +38,8 @@ pub struct Span {
     pub from: Option<PathBuf>,
     /// Time of the last state, from 0.
     pub until: Positive,
-    /// The shape of the first state: the equilibrium that the sheet grows to from the shape of the scene, or that shape as
-    /// it is given.
+    /// The shape of the first state: the equilibrium that the sheet grows to from the shape of the scene, or that
+    /// shape itself.
     #[serde(default)]
     pub start: Start,
     /// Largest share of the energy supplied in a step that the small drag which stabilises a quasi-static shape takes up; the

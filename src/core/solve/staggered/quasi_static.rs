@@ -133,8 +133,11 @@ impl Staggered {
             done.dissipated = self.come_to_rest(workspace, state, next, done)?;
         }
         let after = workspace.energy(next)?;
-        let lost = lost_in_snap(workspace, (state, before), (next, after))?;
-        done.dissipated = done.dissipated.max(lost);
+        // What a constraint supplies is no difference of energies.
+        if !workspace.model.mechanics().is_constrained() {
+            let lost = lost_in_snap(workspace, (state, before), (next, after))?;
+            done.dissipated = done.dissipated.max(lost);
+        }
         done.supplied = after - before + done.dissipated;
         self.stabilised.unchecked += done.iterations;
         if self.stabilised.rests() && self.stabilised.unchecked >= CHECK_INTERVAL {
@@ -199,7 +202,7 @@ impl Staggered {
     }
 }
 
-/// Energy lost in a step from the shape of `state` to that of `next`, if it snaps: where the new shape has hardly more energy
+/// Energy lost in a step from the shape of `state` to that of `next`, if it snaps: where the new shape has little more energy
 /// than the old one before the step, or less,
 ///
 /// ```text

@@ -155,7 +155,12 @@ impl Workspace {
         if let Some(anchor) = anchor {
             tolerance = tolerance.max(pull(potential, anchor, &x));
         }
-        start_from(guess, potential, &mut x, &prescribed);
+        let mut guesses = Vec::from_iter(guess);
+        // One relaxation a step is to be that of the paper.
+        if trust.is_some() || potential.anchor().is_some() {
+            guesses.extend(scaled(potential, &x));
+        }
+        start_from(guesses, potential, &mut x, &prescribed);
         let start = x.clone();
         let mut led = x.clone();
         potential.mechanics().keep_pins(&prescribed, &mut led);
@@ -231,16 +236,15 @@ fn relaxing(done: &Relaxation) -> String {
     format!("relaxing the shape, {iterations} iterations, largest force {residual:.1e}")
 }
 
-/// Puts `guess`, or `x` as large as its optimal lengths ask for, in place of `x` where that is allowed and has less energy;
+/// Puts that of `guesses` in place of `x` which is allowed and has the least energy, if that is less than the energy there;
 /// with the fixed directions of `pinned`.
 fn start_from(
-    guess: Option<Vec<Vec3>>,
+    guesses: Vec<Vec<Vec3>>,
     potential: &mut Potential,
     x: &mut Vec<Vec3>,
     pinned: &[Vec3],
 ) {
-    let scaled = scaled(potential, x);
-    if guess.is_none() && scaled.is_none() {
+    if guesses.is_empty() {
         return;
     }
     let mechanics = Arc::clone(potential.mechanics());
@@ -248,7 +252,7 @@ fn start_from(
     mechanics.keep_pins(pinned, &mut led);
     let mut least = potential.energy(&led);
     let begin = x.clone();
-    for mut guess in guess.into_iter().chain(scaled) {
+    for mut guess in guesses {
         mechanics.keep_pins(pinned, &mut guess);
         if potential.allows(&begin, &guess, equilibrium::MIN_AREA_SHARE) {
             let energy = potential.energy(&guess);
