@@ -148,8 +148,11 @@ class Step:
     def rejected(self) -> int:
         """Rejected step attempts."""
     @property
-    def jumps(self) -> int:
-        """Jumps from one branch of equilibria to another."""
+    def snaps(self) -> int:
+        """Snaps from one branch of equilibria to another that ended in the step."""
+    @property
+    def dissipated(self) -> float:
+        """Work that the drag took up in the step, energy."""
 
 @final
 class State:
