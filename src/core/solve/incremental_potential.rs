@@ -116,7 +116,7 @@ struct Last {
 enum Origin {
     /// A minimisation around this.
     Anchor(Anchor),
-    /// An equilibrium, on to the next one near it.
+    /// An equilibrium; the stage led to the one near it.
     Rest(Vec<Vec3>),
 }
 

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! 0 = -∂U/∂x (x; q(t_n+1))                                        within a quarter of an edge
-//! η W dx/dt = -∂U/∂x (x; q(t))          η W̄ ≤ 10⁻⁴ S Y T           where there is no such equilibrium
+//! η W dx/dt = -∂U/∂x (x; q(t))          η W̄ ≤ 10⁻⁴ S Y T           elsewhere
 //! ```
 //!
 //! A step from an equilibrium leads to the one within a quarter of an edge of where the velocities point, so that smooth
@@ -133,7 +133,7 @@ impl Staggered {
             done.dissipated = self.come_to_rest(workspace, state, next, done)?;
         }
         let after = workspace.energy(next)?;
-        // What a constraint supplies is no difference of energies.
+        // The work of a constraint is not in U.
         if !workspace.model.mechanics().is_constrained() {
             let lost = lost_in_snap(workspace, (state, before), (next, after))?;
             done.dissipated = done.dissipated.max(lost);
