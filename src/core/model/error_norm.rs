@@ -12,6 +12,7 @@
 //! sheet is not averaged away.
 
 use super::{Model, State};
+use crate::Vec3;
 use crate::effects::InternalVariables;
 use crate::reduction::Reduction;
 
@@ -67,8 +68,8 @@ impl Model {
     #[must_use]
     pub fn shape_misfit(
         &self,
-        start: &State,
-        (a, b): (&State, &State),
+        start: &[Vec3],
+        (a, b): (&[Vec3], &[Vec3]),
         tolerance: (f64, f64),
     ) -> f64 {
         if !self.moves() {
@@ -76,20 +77,20 @@ impl Model {
         }
         let (rest, largest) = (self.sheet().rest(), self.largest_displacement(b));
         misfit(self.sheet().reduction(), rest.len(), self.length_unit(largest, tolerance), |i| {
-            let moved = (b.x[i] - start.x[i]).norm();
-            (moved, (b.x[i] - a.x[i]).norm(), (b.x[i] - rest[i]).norm() / largest)
+            let moved = (b[i] - start[i]).norm();
+            (moved, (b[i] - a[i]).norm(), (b[i] - rest[i]).norm() / largest)
         })
     }
 
     /// The unit of [`Model::shape_misfit`]: the length that tolerances mean.
     #[must_use]
     pub(crate) fn shape_unit(&self, state: &State, tolerance: (f64, f64)) -> f64 {
-        self.length_unit(self.largest_displacement(state), tolerance)
+        self.length_unit(self.largest_displacement(&state.x), tolerance)
     }
 
-    fn largest_displacement(&self, state: &State) -> f64 {
+    fn largest_displacement(&self, x: &[Vec3]) -> f64 {
         let rest = self.sheet().rest();
-        self.sheet().reduction().max(rest.len(), |i| (state.x[i] - rest[i]).norm())
+        self.sheet().reduction().max(rest.len(), |i| (x[i] - rest[i]).norm())
     }
 
     fn length_unit(&self, largest: f64, (rtol, atol): (f64, f64)) -> f64 {

@@ -14,7 +14,9 @@
 //!
 //! What the second stage changes estimates the error, `(x_2 - a_2) - (x_1 - a_1) ≈ a (1-a) Δt² x''`: that of
 //! a method of first order, so that the second-order result errs in proportion to the tolerance. A stage
-//! is solved to a share of that tolerance, and of the displacement that the velocity before it predicts. Where sdirk2
+//! is solved to a share of that tolerance, and of the displacement that the velocity before it predicts. Where an iterate is
+//! so far from where the last velocities lead that the step cannot be accepted, a stage is given up: a step that is far too long
+//! for a snap costs little. Where sdirk2
 //! ends with more energy than it started from under the same conditions, its stages say nothing about a motion so
 //! rough, and Euler's single stage is taken.
 //!
@@ -25,7 +27,7 @@ use serde::{Deserialize, Serialize};
 
 use super::equilibrium::Relaxation;
 use super::route::Route;
-use super::workspace::Minimisation;
+use super::workspace::{Bound, Minimisation};
 use super::{Result, SolveError, Workspace, counters};
 use crate::Vec3;
 use crate::model::{Anchor, Mechanics, State};
@@ -78,6 +80,8 @@ pub(super) struct Stepping {
     pub(super) relative: f64,
     /// Largest estimated distance of a stage to its minimum, in mean edges.
     pub(super) distance_tolerance: f64,
+    /// Relative and absolute tolerance of a step, and the error in their units at which a stage is given up.
+    pub(super) bound: Option<((f64, f64), f64)>,
 }
 
 /// Where a step led.
@@ -208,7 +212,8 @@ impl Motion {
         let mut rough = None;
         if by.second_order {
             let pull = stage.pull(workspace, from.x.to_vec(), A);
-            let (first, half) = stage.solve(workspace, pull.clone(), A, None)?;
+            let about = stage.moved(A);
+            let (first, half) = stage.solve(workspace, pull.clone(), A, (None, about))?;
             done.add(&half);
             let anchor = extrapolated(&from.x, &first.x, (1.0 - A) / A);
             let before = (1.0 - A) / A * pull.dissipation(workspace.model.mechanics(), &first.x);
@@ -217,8 +222,9 @@ impl Motion {
             parallel::update(&mut coarse, |i, x| *x += first.x[i] - from.x[i]);
             let pull = Anchor { x: anchor, ..pull };
             let guess = extrapolated(&from.x, &first.x, 1.0 / A);
+            let about = Some(coarse.clone());
             let (next, half) =
-                stage.solve(workspace, pull.clone(), 1.0, Some((&first.x, guess)))?;
+                stage.solve(workspace, pull.clone(), 1.0, (Some((&first.x, guess)), about))?;
             done.add(&half);
             if !stage.rises(workspace, &next)? {
                 self.last =
@@ -228,7 +234,7 @@ impl Motion {
             rough = Some(next.x.into());
         }
         let pull = stage.pull(workspace, from.x.to_vec(), 1.0);
-        let (next, half) = stage.solve(workspace, pull.clone(), 1.0, None)?;
+        let (next, half) = stage.solve(workspace, pull.clone(), 1.0, (None, None))?;
         done.add(&half);
         // Of Euler's error ½ Δt² x'' twice as much is the difference to where the first velocity leads. A first step has
         // none: half of what it moves is a bound that keeps it short.
@@ -319,7 +325,7 @@ impl Stage<'_> {
         workspace: &mut Workspace,
         pull: Anchor,
         at: f64,
-        guess: Option<(&[Vec3], Vec<Vec3>)>,
+        (guess, about): (Option<(&[Vec3], Vec<Vec3>)>, Option<Vec<Vec3>>),
     ) -> Result<(State, Relaxation)> {
         let (good, guess) = match guess {
             Some((good, guess)) => (good, Some(guess)),
@@ -331,8 +337,14 @@ impl Stage<'_> {
         workspace.check_way(self.from, &state)?;
         let anchor = Some(pull);
         let distance_tolerance = self.by.distance_tolerance;
+        let bound = self.by.bound.zip(about).map(|((tolerance, most), about)| Bound {
+            start: self.from.x.to_vec(),
+            about,
+            tolerance,
+            most,
+        });
         let minimisation =
-            Minimisation { anchor, guess, held, distance_tolerance, ..Minimisation::default() };
+            Minimisation { anchor, guess, held, bound, distance_tolerance, trust: None };
         let done = workspace.minimise(&mut state, minimisation)?;
         Ok((state, done))
     }

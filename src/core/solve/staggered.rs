@@ -77,6 +77,9 @@ const MAX_STEP_GROWTH: f64 = 2.0;
 const ERROR_POWER: f64 = 2.0;
 /// Steps are proposed a little shorter than the estimate allows.
 const SAFETY: f64 = 0.9;
+/// An error above this shortens a step as much as any: stages that have gone so far are given up.
+const HOPELESS_ERROR: f64 =
+    SAFETY * SAFETY * MAX_STEP_GROWTH * MAX_STEP_GROWTH * MAX_STEP_GROWTH * MAX_STEP_GROWTH;
 /// Part of its typical magnitude that the fastest species changes by in the first step, relative to √rtol.
 const FIRST_CHANGE: f64 = 0.2;
 /// The first step is not longer than this share of the way to the first output.
@@ -254,7 +257,10 @@ impl Staggered {
                 false => (self.stabilising_drag(workspace, state)?, DISTANCE_TOLERANCE),
             };
             let relative = self.spec.rtol.get();
-            let by = Stepping { drag, second_order, tolerance, relative, distance_tolerance };
+            let bound =
+                (self.spec.method == Method::Heun).then_some((self.tolerance(), HOPELESS_ERROR));
+            let by =
+                Stepping { drag, second_order, tolerance, relative, distance_tolerance, bound };
             let to = next.clone();
             let route = Route::in_time(state, &to);
             let moved = self.motion.advance(workspace, state, route.clock(), &route, &by)?;
@@ -348,7 +354,11 @@ impl Staggered {
             // Of rejected attempts nothing but the work counts.
             report.relaxation = Relaxation::of_iterations(report.relaxation.iterations);
             let kept = self.stabilised.clone();
-            match self.try_heun(workspace, state, &now, time, &mut report) {
+            let attempt = match self.try_heun(workspace, state, &now, time, &mut report) {
+                Err(SolveError::Departed) => Ok((state.clone(), HOPELESS_ERROR)),
+                attempt => attempt,
+            };
+            match attempt {
                 Ok((next, error)) if error <= 1.0 => {
                     *state = next;
                     report.length = step;
@@ -512,6 +522,6 @@ impl Staggered {
         if self.relaxes(workspace) {
             return 0.0;
         }
-        workspace.model.shape_misfit(state, (a, b), self.tolerance())
+        workspace.model.shape_misfit(&state.x, (&a.x, &b.x), self.tolerance())
     }
 }

@@ -7,7 +7,7 @@ mod saddle;
 
 use std::sync::Arc;
 
-pub(super) use minimisation::{Held, Minimisation};
+pub(super) use minimisation::{Bound, Held, Minimisation};
 pub(super) use rest::DISTANCE_TOLERANCE;
 
 use super::diagnosis::Diagnosis;

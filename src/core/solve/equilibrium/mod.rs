@@ -50,6 +50,8 @@ pub struct Goal<'a> {
     /// Largest distance to the equilibrium, as the metric estimates it, that counts as rest: a small force may
     /// leave a soft mode far from it. Infinite where forces alone decide.
     pub distance_tolerance: f64,
+    /// Asked of the shape in every iteration; `true` gives up with [`SolveError::Departed`].
+    pub lost: &'a (dyn Fn(&[Vec3]) -> bool + Sync),
     /// The trust region, if there is one: leaving it gives up with [`SolveError::Departed`].
     pub trust: Option<TrustRegion<'a>>,
     /// Whether rigid motions that pins leave free change no energy but that of an anchor.
@@ -64,6 +66,7 @@ impl Default for Goal<'_> {
             max_iterations: 3000,
             interrupted: &|| false,
             report: &|_| (),
+            lost: &|_| false,
             distance_tolerance: f64::INFINITY,
             trust: None,
             floats: false,

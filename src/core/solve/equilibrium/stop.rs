@@ -25,7 +25,7 @@ pub(super) fn reached(
     if !(done.energy.is_finite() && done.residual.is_finite()) {
         return Err(SolveError::NotFinite);
     }
-    if goal.trust.is_some_and(|trust| !trust.contains(x, potential.reduction())) {
+    if (goal.lost)(x) || goal.trust.is_some_and(|trust| !trust.contains(x, potential.reduction())) {
         return Err(SolveError::Departed);
     }
     if done.residual <= goal.tolerance {

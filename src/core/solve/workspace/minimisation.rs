@@ -6,7 +6,7 @@ use super::super::equilibrium::{self, Equilibrium, Goal, Relaxation, TrustRegion
 use super::super::{Result, SolveError, counters};
 use super::Workspace;
 use crate::Vec3;
-use crate::model::{Anchor, Hold, Potential, State, mean};
+use crate::model::{Anchor, Hold, Model, Potential, State, mean};
 
 /// Most relaxations one after the other where lengths depend on the shape; each leaves a small part of the force.
 const MAX_ROUNDS: usize = 30;
@@ -24,6 +24,8 @@ pub(in crate::solve) struct Minimisation {
     pub(in crate::solve) held: Option<Held>,
     /// Radius of the trust region about the start, in mean edges.
     pub(in crate::solve) trust: Option<f64>,
+    /// Where it is given up with [`SolveError::Departed`].
+    pub(in crate::solve) bound: Option<Bound>,
     /// Largest distance to the equilibrium that counts as rest, in mean edges.
     pub(in crate::solve) distance_tolerance: f64,
 }
@@ -35,8 +37,27 @@ impl Default for Minimisation {
             guess: None,
             held: None,
             trust: None,
+            bound: None,
             distance_tolerance: f64::INFINITY,
         }
+    }
+}
+
+/// How far from where it is expected the shape may be after a step.
+pub(in crate::solve) struct Bound {
+    /// The shape before the step.
+    pub(in crate::solve) start: Vec<Vec3>,
+    /// Where it is expected.
+    pub(in crate::solve) about: Vec<Vec3>,
+    /// Relative and absolute tolerance of [`Model::shape_misfit`],
+    pub(in crate::solve) tolerance: (f64, f64),
+    /// and its largest value.
+    pub(in crate::solve) most: f64,
+}
+
+impl Bound {
+    fn excludes(&self, model: &Model, x: &[Vec3]) -> bool {
+        model.shape_misfit(&self.start, (&self.about, x), self.tolerance) > self.most
     }
 }
 
@@ -134,7 +155,7 @@ impl Workspace {
         if model.is_chemistry_alone() {
             return Ok(Relaxation::default());
         }
-        let Minimisation { anchor, guess, held, trust, distance_tolerance } = minimisation;
+        let Minimisation { anchor, guess, held, trust, bound, distance_tolerance } = minimisation;
         let _scope = relaxer.is_some().then(|| counters::part(model.tally(), counters::RELAXATION));
         let mut x = state.x.to_vec();
         model.mechanics().set_prescribed(state.time, &mut state.x);
@@ -155,17 +176,13 @@ impl Workspace {
         if let Some(anchor) = anchor {
             tolerance = tolerance.max(pull(potential, anchor, &x));
         }
-        let mut guesses = Vec::from_iter(guess);
-        // One relaxation a step is to be that of the paper.
-        if trust.is_some() || potential.anchor().is_some() {
-            guesses.extend(scaled(potential, &x));
-        }
-        start_from(guesses, potential, &mut x, &prescribed);
+        start_from((guess, trust.is_some()), potential, &mut x, &prescribed);
         let start = x.clone();
         let mut led = x.clone();
         potential.mechanics().keep_pins(&prescribed, &mut led);
         let edge = potential.metric().mean_edge();
         let goal = Goal {
+            lost: &|x| bound.as_ref().is_some_and(|bound| bound.excludes(model, x)),
             distance_tolerance: distance_tolerance * edge,
             trust: trust.map(|radius| TrustRegion { centre: &start, radius: radius * edge }),
             floats,
@@ -236,14 +253,19 @@ fn relaxing(done: &Relaxation) -> String {
     format!("relaxing the shape, {iterations} iterations, largest force {residual:.1e}")
 }
 
-/// Puts that of `guesses` in place of `x` which is allowed and has the least energy, if that is less than the energy there;
-/// with the fixed directions of `pinned`.
+/// Puts `guess`, or under an anchor or where a minimum `nearby` is looked for `x` [`scaled`], in place of `x`: that which is
+/// allowed and has the least energy, if that is less than the energy there; with the fixed directions of `pinned`.
 fn start_from(
-    guesses: Vec<Vec<Vec3>>,
+    (guess, nearby): (Option<Vec<Vec3>>, bool),
     potential: &mut Potential,
     x: &mut Vec<Vec3>,
     pinned: &[Vec3],
 ) {
+    let mut guesses = Vec::from_iter(guess);
+    // One relaxation a step is to be that of the paper.
+    if nearby || potential.anchor().is_some() {
+        guesses.extend(scaled(potential, x));
+    }
     if guesses.is_empty() {
         return;
     }

@@ -213,12 +213,13 @@ impl Workspace {
             tolerance,
             relative: TOLERANCE.0,
             distance_tolerance: DISTANCE_TOLERANCE,
+            bound: None,
         };
         let (at, clock) = (state.clone(), (course.clock, until));
         let route = Route::frozen(&at, clock, course.ramp.as_ref());
         let moved = motion.advance(self, state, clock, &route, &by)?;
         let [coarse, fine] = [moved.coarse, moved.x].map(|x| State { x: x.into(), ..at.clone() });
-        let error = self.model.shape_misfit(state, (&coarse, &fine), TOLERANCE);
+        let error = self.model.shape_misfit(&state.x, (&coarse.x, &fine.x), TOLERANCE);
         Ok((fine.x.into(), moved.done, error))
     }
 
