@@ -1,16 +1,16 @@
 """The same quasi-static scenes by other solvers, in other digits and at a finer tolerance.
 
-What the path decides must not depend on any of them. Prints the total energy of the default at the end and the relative
-differences of the others, and the CPU seconds of the default.
+Prints the total energy of the default at the end, its CPU seconds, and the relative differences of the others. With another
+program, of another version, prints CPU seconds and energies of both in place of that.
 
-    python3 benches/limit.py [--rumple target/release/rumple] [--only NAME] [--limit SECONDS]
+    python3 benches/limit.py [--rumple target/release/rumple] [--against PROGRAM] [--only NAME] [--limit SECONDS]
 """
 
 import argparse
 import csv
+import resource
 import subprocess
 import tempfile
-import time
 from pathlib import Path
 
 MODELS = Path(__file__).resolve().parent.parent / "models"
@@ -123,6 +123,7 @@ material = {{ young = 1e5, {MATERIAL}, thickness = 0.2, drag = 0.01 }}
 """,
 }
 VARIANTS = {
+    "2 threads": [],
     "multigrid": ['equilibrium.preconditioner="multigrid"'],
     "newton": ['equilibrium.method="newton"'],
     "E (1 + 1e-7)": None,
@@ -149,11 +150,11 @@ def sets(keys):
     return [part for key in keys for part in ("--set", key)]
 
 
-def run(rumple, scene, keys, limit, out):
-    """Total energy at the end and seconds of the run, or a word on what happened."""
+def run(rumple, scene, keys, limit, out, threads="1"):
+    """Total energy at the end and CPU seconds of the run, or a word on what happened."""
     out = Path(out) / "run"
-    begun = time.monotonic()
-    command = [rumple, "run", scene, "--out", out, "--force", "--quiet", "--threads", "1", *sets(keys)]
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    command = [rumple, "run", scene, "--out", out, "--force", "--quiet", "--threads", threads, *sets(keys)]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=limit, check=False)
     except subprocess.TimeoutExpired:
@@ -164,17 +165,54 @@ def run(rumple, scene, keys, limit, out):
     with open(out / "ledger.csv", encoding="utf-8") as file:
         last = list(csv.DictReader(file))[-1]
     total = last.get("total energy [energy]") or next(v for k, v in last.items() if k.startswith("energy of"))
-    return float(total), time.monotonic() - begun
+    return float(total), resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
+
+
+def costs(options, scene, keys, out):
+    """CPU seconds and energies of two programs, and the ratio of their seconds."""
+    cells, seconds = [], []
+    for program in (options.against, options.rumple):
+        energy, spent = run(program, scene, keys, options.limit, out)
+        cells.append(spent if energy is None else f"{spent:.2f}, {energy:.7g}")
+        seconds.append(spent if energy is not None else None)
+    ratio = seconds[1] / seconds[0] if None not in seconds else None
+    return [*cells, "" if ratio is None else f"{ratio:.2f}"], seconds
+
+
+def differences(options, scene, keys, out):
+    """Energy and CPU seconds of the default, and the relative differences of the variants."""
+    energy, seconds = run(options.rumple, scene, keys, options.limit, out)
+    if energy is None:
+        return [seconds]
+    row = [f"{energy:.7g}", f"{seconds:.1f}"]
+    for variant, more in VARIANTS.items():
+        if more is None:
+            young = value(options.rumple, scene, keys, "material.young")
+            rtol = value(options.rumple, scene, keys, "time.integrator.rtol")
+            if variant.startswith("E"):
+                more = young and [f"material.young={young * (1 + 1e-7)!r}"]
+            else:
+                more = rtol and [f"time.integrator.{k}={rtol / 4!r}" for k in ("rtol", "atol")]
+        if more is None:
+            row.append("")
+            continue
+        threads = "2" if variant == "2 threads" else "1"
+        other, word = run(options.rumple, scene, keys + more, options.limit, out, threads)
+        row.append(word if other is None else f"{other / energy - 1:.1e}")
+    return row
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rumple", default="target/release/rumple")
+    parser.add_argument("--against", default="")
     parser.add_argument("--only", default="")
     parser.add_argument("--limit", type=float, default=60.0)
     options = parser.parse_args()
-    print("| scene | energy | s |", " | ".join(VARIANTS), "|")
-    print("| --- | --- | --- |", " | ".join("---" for _ in VARIANTS), "|")
+    head = ["before: s, energy", "after", "ratio"] if options.against else ["energy", "s", *VARIANTS]
+    print("| scene |", " | ".join(head), "|")
+    print("| --- |", " | ".join("---" for _ in head), "|")
+    total = [0.0, 0.0]
     with tempfile.TemporaryDirectory() as out:
         for name in [*SCENES, *OWN]:
             if options.only not in name:
@@ -184,25 +222,15 @@ def main():
             if name in OWN:
                 scene = Path(out) / "own.toml"
                 scene.write_text(OWN[name], encoding="utf-8")
-            energy, seconds = run(options.rumple, scene, keys, options.limit, out)
-            if energy is None:
-                print(f"| {name} | {seconds} | |", flush=True)
-                continue
-            row = [f"{name}, {', '.join(keys)}" if keys else name, f"{energy:.7g}", f"{seconds:.1f}"]
-            for variant, more in VARIANTS.items():
-                if more is None:
-                    young = value(options.rumple, scene, keys, "material.young")
-                    rtol = value(options.rumple, scene, keys, "time.integrator.rtol")
-                    if variant.startswith("E"):
-                        more = young and [f"material.young={young * (1 + 1e-7)!r}"]
-                    else:
-                        more = rtol and [f"time.integrator.{k}={rtol / 4!r}" for k in ("rtol", "atol")]
-                if not more:
-                    row.append("")
-                    continue
-                other, word = run(options.rumple, scene, keys + more, options.limit, out)
-                row.append(word if other is None else f"{other / energy - 1:.1e}")
-            print("|", " | ".join(row), "|", flush=True)
+            if options.against:
+                row, seconds = costs(options, scene, keys, out)
+                if None not in seconds:
+                    total = [a + b for a, b in zip(total, seconds)]
+            else:
+                row = differences(options, scene, keys, out)
+            print("|", " | ".join([f"{name}, {', '.join(keys)}" if keys else name, *row]), "|", flush=True)
+    if options.against:
+        print(f"| sum of those that both ran | {total[0]:.1f} | {total[1]:.1f} | {total[1] / total[0]:.2f} |")
 
 
 if __name__ == "__main__":
