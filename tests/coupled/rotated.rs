@@ -73,7 +73,6 @@ fn a_rotated_start_gives_the_same_steps_and_shapes() {
     for method in ["bdf", "tr-bdf2", "esdirk34"] {
         integrators.push(format!("kind = \"monolithic\", method = \"{method}\", linear = \"lu\""));
     }
-    integrators.push("kind = \"staggered\", shape = \"tr-bdf2\"".into());
     for integrator in integrators {
         let (straight, turned) = (at_end(&integrator, |x| x), at_end(&integrator, rotated));
         let shape = straight.x.iter().zip(turned.x.iter());

@@ -180,7 +180,6 @@ fn integrators_that_would_step_through_surfaces_are_refused() {
         "{ kind = 'explicit', method = 'euler' }",
         "{ kind = 'explicit', method = 'tsit45' }",
         "{ kind = 'monolithic' }",
-        "{ kind = 'staggered', shape = 'tr-bdf2' }",
     ] {
         let text = format!(
             "sheet = {{ shape = 'disc', radius = 2.0, vertices = 60 }}

@@ -215,7 +215,6 @@ fn integrators_without_internal_variables_refuse_them() {
     for time in [
         "integrator = { kind = 'monolithic' }",
         "policy = 'simultaneous', integrator = { kind = 'explicit', method = 'tsit45' }",
-        "policy = 'simultaneous', integrator = { kind = 'staggered', shape = 'tr-bdf2' }",
     ] {
         let scene = rumple::scene::Scene::parse(&pulled(time, ""), "test", &[]).unwrap();
         let search = rumple::kinetics::PluginSearch::in_directories(Vec::new());

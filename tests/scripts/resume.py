@@ -110,7 +110,7 @@ def cases():
     yield "quasi-static, single precision", case(
         **quasi, integrator=staggered(), equilibrium='precision = "single"')
     yield "quasi-static, watch", case(**quasi, integrator=staggered(), more=WATCH)
-    for shape in ["euler", "sdirk2", "tr-bdf2"]:
+    for shape in ["euler", "sdirk2"]:
         yield f"simultaneous, {shape}", case(**drag, integrator=staggered(shape=f'"{shape}"'))
     yield "simultaneous, multigrid", case(
         **drag, integrator=staggered(), equilibrium='preconditioner = "multigrid"')

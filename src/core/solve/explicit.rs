@@ -67,15 +67,15 @@ impl IntegratorSpec for ExplicitSpec {
         }
     }
 
-    fn keeps_constraints(&self, _: Storage) -> bool {
+    fn keeps_constraints(&self) -> bool {
         self.method == ExplicitMethod::Euler
     }
 
-    fn keeps_step_limits(&self, _: Storage) -> bool {
+    fn keeps_step_limits(&self) -> bool {
         false
     }
 
-    fn integrates_internal(&self, _: Storage) -> bool {
+    fn integrates_internal(&self) -> bool {
         self.method == ExplicitMethod::Euler
     }
 

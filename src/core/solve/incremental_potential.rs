@@ -52,8 +52,6 @@ pub enum MotionMethod {
     /// Two minimisations a step, of second order.
     #[default]
     Sdirk2,
-    /// Trapezoidal rule and second backward difference of diffsol, with steps of its own.
-    TrBdf2,
 }
 
 impl MotionMethod {
@@ -63,7 +61,6 @@ impl MotionMethod {
         match self {
             Self::Euler => "implicit Euler, a minimisation a step",
             Self::Sdirk2 => "SDIRK2, two minimisations a step",
-            Self::TrBdf2 => "TR-BDF2",
         }
     }
 }

@@ -59,22 +59,22 @@ pub trait IntegratorSpec: std::fmt::Debug + Send + Sync {
 
     /// Whether it solves for a moving shape by the sparse derivatives of its motion, which terms of low
     /// rank and pairs that depend on the shape are not part of.
-    fn needs_sparse_motion(&self, _policy: Storage) -> bool {
+    fn needs_sparse_motion(&self) -> bool {
         false
     }
 
     /// Whether constraints stay met on the way of a moving shape.
-    fn keeps_constraints(&self, policy: Storage) -> bool {
-        !self.needs_sparse_motion(policy)
+    fn keeps_constraints(&self) -> bool {
+        !self.needs_sparse_motion()
     }
 
     /// Whether no step of a moving shape passes what effects allow ([`Energy::largest_step`](crate::effects::Energy::largest_step)).
-    fn keeps_step_limits(&self, policy: Storage) -> bool {
-        !self.needs_sparse_motion(policy)
+    fn keeps_step_limits(&self) -> bool {
+        !self.needs_sparse_motion()
     }
 
     /// Whether it integrates the internal variables of effects ([`InternalVariables`](crate::effects::InternalVariables)).
-    fn integrates_internal(&self, _policy: Storage) -> bool {
+    fn integrates_internal(&self) -> bool {
         false
     }
 

@@ -118,10 +118,9 @@ impl Monolithic {
         Self { part, method, linear, rtol, atol, local_share, step, course, running, steady, meter }
     }
 
-    /// Of a part that moves alone: the shape under drag, `drag dx/dt = -∂U/∂x`, or the chemistry on
-    /// the shape that it starts with.
-    pub(super) fn of_part(part: Part, method: OdeMethod, tolerance: (f64, f64)) -> Self {
-        Self::new(part, method, tolerance, None)
+    /// Of the chemistry alone, on the shape that it starts with.
+    pub(super) fn of_chemistry(method: OdeMethod, tolerance: (f64, f64)) -> Self {
+        Self::new(Part::Chemistry, method, tolerance, None)
     }
 
     /// Whether it remembers nothing of earlier steps.
@@ -221,7 +220,7 @@ impl Monolithic {
         let stepped = integration.step(until, &mut accept, &mut rejected);
         match self.part {
             Part::Whole => workspace.reject_all(state, rejected),
-            Part::Shape | Part::Chemistry => model.tally().count(|work| {
+            Part::Chemistry => model.tally().count(|work| {
                 work.substeps += u64::from(stepped.is_ok());
                 work.rejected_substeps += rejected.count();
             }),

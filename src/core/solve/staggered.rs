@@ -20,8 +20,7 @@
 //! ```
 //!
 //! X sees the species go from c_n to c along a straight line, as C sees the signals; diffusion has
-//! the shape half way. The shape moves by minimisations (`incremental_potential`), or by TR-BDF2 of
-//! diffsol under error control; `quasi_static` says what the small drag is. Minimisations move it once a step, along c*, since what the species then change
+//! the shape half way. The shape moves by minimisations (`incremental_potential`); `quasi_static` says what the small drag is. Minimisations move it once a step, along c*, since what the species then change
 //! matters to slow waves in higher order only; their last stage is solved again with c_{n+1}. Under
 //! `chemistry-fast` c* is c_n, and a second correction gives the error estimate; the chemistry is solved for
 //! its steady state as in `chemistry::steady`.
@@ -45,7 +44,6 @@
 //!
 //! A step is a transaction: the state changes only when the whole step has succeeded.
 
-mod by_diffsol;
 mod quasi_static;
 mod spec;
 mod steady;
@@ -59,7 +57,6 @@ use super::chemistry::{ChemistryMethod, ChemistrySteps, Leap, SteadyChemistry};
 use super::equilibrium::Relaxation;
 use super::incremental_potential::{Motion, MotionMethod, Stepping};
 use super::internal_variables::InternalSteps;
-use super::monolithic::Monolithic;
 use super::rejections::{Cause, Rejection};
 use super::route::Route;
 use super::workspace::DISTANCE_TOLERANCE;
@@ -123,7 +120,6 @@ struct Staggered {
     motion: Motion,
     /// What it keeps where it has no storage.
     stabilised: Stabilised,
-    by_diffsol: Option<Monolithic>,
     /// Solves for the steady state of a chemistry without storage.
     steady: SteadyChemistry,
     internal: InternalSteps,
@@ -168,12 +164,10 @@ impl Integrator for Staggered {
     }
 
     fn renewed_after(&self) -> Option<u64> {
-        let library = self.shape == MotionMethod::TrBdf2 || self.chemistry.is_library();
-        library.then_some(RENEWED_AFTER)
+        self.chemistry.is_library().then_some(RENEWED_AFTER)
     }
 
     fn renew(&mut self) {
-        self.by_diffsol = None;
         self.chemistry.forget();
     }
 
@@ -184,7 +178,7 @@ impl Integrator for Staggered {
     }
 
     fn is_storable(&self) -> bool {
-        self.by_diffsol.is_none() && self.chemistry.is_new()
+        self.chemistry.is_new()
     }
 
     fn restore(&mut self, memory: &Record, vertices: usize) -> Result<(), Malformed> {
@@ -236,40 +230,31 @@ impl Staggered {
             done.add(&near);
             return Ok(Some(next.x.to_vec()));
         }
-        let coarse = if self.shape == MotionMethod::TrBdf2 {
-            let (from, to) = (state.species.clone(), next.species.clone());
-            let course = TimeCourse::new((state.time, from), (next.time, to));
-            done.add(&self.move_by_diffsol(workspace, state, next, course)?);
-            None
-        } else {
-            let tolerance = match self.spec.method {
-                // As exact as forces are asked to be.
-                Method::Euler => 0.0,
-                Method::Heun => {
-                    // Where steps are shorter than the tolerance asks for, their errors are smaller.
-                    let share = self.error.clamp(MIN_ERROR, 1.0);
-                    share * workspace.model.shape_unit(state, self.tolerance())
-                }
-            };
-            let second_order = self.shape == MotionMethod::Sdirk2;
-            let (drag, distance_tolerance) = match self.policy.mechanics > 0.0 {
-                true => (1.0, f64::INFINITY),
-                false => (self.stabilising_drag(workspace, state)?, DISTANCE_TOLERANCE),
-            };
-            let relative = self.spec.rtol.get();
-            let bound =
-                (self.spec.method == Method::Heun).then_some((self.tolerance(), HOPELESS_ERROR));
-            let by =
-                Stepping { drag, second_order, tolerance, relative, distance_tolerance, bound };
-            let to = next.clone();
-            let route = Route::in_time(state, &to);
-            let moved = self.motion.advance(workspace, state, route.clock(), &route, &by)?;
-            done.add(&moved.done);
-            next.x = moved.x.into();
-            Some(moved.coarse)
+        let tolerance = match self.spec.method {
+            // As exact as forces are asked to be.
+            Method::Euler => 0.0,
+            Method::Heun => {
+                // Where steps are shorter than the tolerance asks for, their errors are smaller.
+                let share = self.error.clamp(MIN_ERROR, 1.0);
+                share * workspace.model.shape_unit(state, self.tolerance())
+            }
         };
+        let second_order = self.shape == MotionMethod::Sdirk2;
+        let (drag, distance_tolerance) = match self.policy.mechanics > 0.0 {
+            true => (1.0, f64::INFINITY),
+            false => (self.stabilising_drag(workspace, state)?, DISTANCE_TOLERANCE),
+        };
+        let relative = self.spec.rtol.get();
+        let bound =
+            (self.spec.method == Method::Heun).then_some((self.tolerance(), HOPELESS_ERROR));
+        let by = Stepping { drag, second_order, tolerance, relative, distance_tolerance, bound };
+        let to = next.clone();
+        let route = Route::in_time(state, &to);
+        let moved = self.motion.advance(workspace, state, route.clock(), &route, &by)?;
+        done.add(&moved.done);
+        next.x = moved.x.into();
         done.residual = workspace.reported_residual(next)?;
-        Ok(coarse)
+        Ok(Some(moved.coarse))
     }
 
     /// The internal variables of effects at the time of `to`, while shape and species go from those of `state` to its.

@@ -64,7 +64,7 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
 /// The drag that stabilises a quasi-static shape.
 fn stabilisation(scene: &Scene) -> Option<Line> {
     let (time, integrator) = (&scene.time, &scene.time.integrator);
-    if time.policy != Policy::QuasiStatic || integrator.needs_sparse_motion(time.policy.storage()) {
+    if time.policy != Policy::QuasiStatic || integrator.needs_sparse_motion() {
         return None;
     }
     let given = time.span.stabilisation.map(f64::from);

@@ -47,7 +47,7 @@ impl Layout {
         };
         let of_vertices = pins.iter().filter(|_| moves);
         let place = of_vertices.map(|fixed| fixed.map(&mut number)).collect();
-        let chemistry = model.chemistry().filter(|_| part != Part::Shape);
+        let chemistry = model.chemistry();
         let (points, species) =
             chemistry.map_or((0, 0), |c| (c.points(model.sheet()), c.descriptor().species.len()));
         let still = mechanical == 0 && !(moves && mechanics.has_prescribed());

@@ -31,8 +31,6 @@ const OUT_OF_RANGE_SHARE: f64 = 0.1;
 pub enum Part {
     /// All of it.
     Whole,
-    /// The shape; species go along a course.
-    Shape,
     /// The species, on a fixed surface; signals go along a course.
     Chemistry,
 }
@@ -162,8 +160,7 @@ impl Coupled {
         }
     }
 
-    /// Lets what no unknown stands for go along `course`: the species of [`Part::Shape`], the signals of
-    /// [`Part::Chemistry`].
+    /// Lets the signals of [`Part::Chemistry`] go along `course`.
     pub(crate) fn set_course(&mut self, course: TimeCourse) {
         self.course = Some(course);
     }
@@ -176,12 +173,9 @@ impl Coupled {
         Some(signals)
     }
 
-    /// The state of the unknowns `y`, with the species on their course if they have one.
+    /// The state of the unknowns `y`.
     fn show(&mut self, time: f64, y: &[f64]) {
         self.layout.unpack(self.model.mechanics(), time, y, &mut self.state);
-        if let Some(course) = self.course.as_ref().filter(|_| self.layout.species() == 0) {
-            course.at(time, &mut self.state.species);
-        }
     }
 
     /// Writes F.

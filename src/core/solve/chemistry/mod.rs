@@ -246,9 +246,8 @@ impl ChemistrySteps {
         tolerance: (f64, f64),
     ) -> Result<Vec<Vec<f64>>> {
         let mut moving = state.clone();
-        let steps = self
-            .implicit
-            .get_or_insert_with(|| Monolithic::of_part(Part::Chemistry, method, tolerance));
+        let steps =
+            self.implicit.get_or_insert_with(|| Monolithic::of_chemistry(method, tolerance));
         steps.set_course(signals);
         while moving.time < until {
             let span = (state.time, moving.time, until);

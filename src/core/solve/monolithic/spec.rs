@@ -72,7 +72,7 @@ impl IntegratorSpec for MonolithicSpec {
         format!("monolithic, {}", OdeMethod::from(self.method).name())
     }
 
-    fn needs_sparse_motion(&self, _: Storage) -> bool {
+    fn needs_sparse_motion(&self) -> bool {
         true
     }
 

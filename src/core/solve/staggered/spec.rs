@@ -85,22 +85,18 @@ impl IntegratorSpec for StaggeredSpec {
         }
     }
 
-    fn needs_sparse_motion(&self, policy: Storage) -> bool {
-        policy.mechanics > 0.0 && self.motion() == MotionMethod::TrBdf2
-    }
-
-    fn integrates_internal(&self, policy: Storage) -> bool {
-        !self.needs_sparse_motion(policy)
+    fn integrates_internal(&self) -> bool {
+        true
     }
 
     fn supports_anisotropic_drag(&self) -> bool {
-        self.motion() != MotionMethod::TrBdf2
+        true
     }
 
     fn supports_ranks(&self, policy: Storage) -> bool {
         use ChemistryMethod as M;
         let explicit = matches!(self.chemistry.unwrap_or(self.usual()), M::Euler | M::Chebyshev);
-        explicit && policy.chemistry > 0.0 && self.motion() != MotionMethod::TrBdf2
+        explicit && policy.chemistry > 0.0
     }
 
     fn parts(&self, policy: Storage) -> Vec<String> {
@@ -182,7 +178,6 @@ impl IntegratorSpec for StaggeredSpec {
             shape: self.motion(),
             motion: Motion::default(),
             stabilised: Stabilised::default(),
-            by_diffsol: None,
             steady: SteadyChemistry::default(),
             internal: InternalSteps::default(),
             policy,

@@ -245,10 +245,7 @@ fn time(choices: &mut Choices, chemical: bool) -> Table {
             ];
             table.set("integrator.chemistry", choices.pick(&chemistry));
             if policy == 2 {
-                table.set(
-                    "integrator.shape",
-                    choices.pick(&["\"sdirk2\"", "\"euler\"", "\"tr-bdf2\""]),
-                );
+                table.set("integrator.shape", choices.pick(&["\"sdirk2\"", "\"euler\""]));
             }
             if choices.seldom() {
                 table.set("integrator.method", "\"euler\"");
