@@ -206,7 +206,7 @@ pub(crate) fn run(
         let directory = ResultDirectory::prepare(&root, force)?;
         (reached.root, reached.report) = (root, scene.output.report);
         reached.notes = simulation.notes().to_vec();
-        let mut progress = Progress::new(Mode::Silent, 0.0, scene.time.span.until.get());
+        let mut progress = Progress::new(Mode::Silent, scene.time.span.until.get());
         let origin = (&*scene, state.as_deref());
         let done = recorded(origin, &mut simulation, &directory, &mut progress, interrupt, others);
         reached.notes.extend_from_slice(simulation.faults());
@@ -238,8 +238,8 @@ pub(crate) fn resume(
         let mut resumed = resumption::resume(&directory, until, &search)?;
         (reached.root, reached.report) = (root, resumed.scene.output.report);
         reached.notes = resumed.notes.clone();
-        let (from, end) = (resumed.checkpoint.time(), resumed.scene.time.span.until.get());
-        let mut progress = Progress::new(Mode::Silent, from, end);
+        let end = resumed.scene.time.span.until.get();
+        let mut progress = Progress::new(Mode::Silent, end);
         let done = continued(&mut resumed, &directory, &mut progress, interrupt, others);
         reached.notes.extend_from_slice(resumed.simulation.faults());
         done.map(|_| ())

@@ -70,7 +70,7 @@ fn run_in_pool(args: &ResumeArgs, ranks: Option<Arc<dyn Communicator>>) -> Resul
     let interrupt = Interrupt::install()?;
     let mode = if quiet { Mode::Silent } else { Mode::detect() };
     let until = resumed.scene.time.span.until.get();
-    let mut progress = Progress::new(mode, resumed.checkpoint.time(), until);
+    let mut progress = Progress::new(mode, until);
     let outcome = continued(&mut resumed, &directory, &mut progress, interrupt, &mut []);
     progress.finish();
     let resume::Resumed { scene, notes, .. } = resumed;
