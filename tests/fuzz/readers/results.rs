@@ -150,7 +150,9 @@ thread_local! {
 fn checkpoint(bytes: &[u8]) -> bool {
     RUN.with(|(directory, path)| {
         write(path.clone(), bytes);
-        match run::resume::resume(directory, Some(1.0), &PluginSearch::in_directories(Vec::new())) {
+        let (until, search) =
+            (["time.until=1".to_owned()], PluginSearch::in_directories(Vec::new()));
+        match run::resume::resume(directory, &until, &search) {
             Ok(resumed) => resumed.checkpoint.time() <= 1.0,
             Err(error) => error.to_string().is_empty(),
         }
