@@ -58,3 +58,4 @@ pub use simulation::Simulation;
 pub use summary::{Ending, Summary};
 
 pub(crate) use prepare::{located, location, read_sheet};
+pub(crate) use stability_monitor::stays_at_saddle;
