@@ -95,7 +95,8 @@ fn a_gap_with_nothing_near_is_an_empty_cell() {
     done(folder, &["view", member.to_str().unwrap(), "-o", "page.html"]);
     let page = Read::new(&folder.join("page.html"));
     let ledger = &page.about["members"][0]["ledger"];
-    let (rows, block) = (ledger["rows"].as_u64().unwrap() as usize, page.block(&ledger["block"]));
+    let rows = usize::try_from(ledger["rows"].as_u64().unwrap()).unwrap();
+    let block = page.block(&ledger["block"]);
     let gaps = block.as_chunks::<4>().0[gap * rows..][..rows].iter();
     assert!(gaps.map(|b| f32::from_le_bytes(*b)).all(f32::is_nan));
 }
