@@ -74,7 +74,7 @@
 //! # let folder = std::env::temp_dir().join(format!("rumple-front-{}", std::process::id()));
 //!
 //! let directory = ResultDirectory::prepare(&folder, false)?;
-//! let mut progress = Progress::new(Mode::Silent, 0.0, 1.0);
+//! let mut progress = Progress::new(Mode::Silent, 1.0);
 //! let interrupt = Interrupt::install()?;
 //! rumple::run::run::run(&scene, &mut simulation, &directory, &mut progress, interrupt)?;
 //!

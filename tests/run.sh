@@ -8,8 +8,6 @@ scene=models/model-i/small.toml
 result=target/check/small
 array=c
 venv=target/venv
-# What wants MPI has a section of its own.
-most=(--workspace --exclude rumple-ranks)
 
 heading() { printf '\n=== %s ===\n' "$*"; }
 
@@ -76,17 +74,17 @@ heading "the book, with its links"
 NO_MKDOCS_2_WARNING=1 "$venv/bin/mkdocs" build --strict --config-file docs/mkdocs.yml
 
 heading "build, plugins included"
-cargo build --release "${most[@]}"
+cargo build --release --workspace
 
 heading "lints"
-cargo clippy --release "${most[@]}" --all-targets -- -D warnings
+cargo clippy --release --workspace --all-targets -- -D warnings
 
 heading "documentation"
-RUSTDOCFLAGS="-D warnings" cargo doc --release "${most[@]}" --no-deps
+RUSTDOCFLAGS="-D warnings" cargo doc --release --workspace --no-deps
 
 heading "tests"
 # Some tests end programs by Ctrl-C, which whatever runs in the background of a script ignores.
-env --default-signal=INT,QUIT,HUP cargo test --release "${most[@]}"
+env --default-signal=INT,QUIT,HUP cargo test --release --workspace
 
 heading "tests with the real VTK"
 RUMPLE_PYTHON="$PWD/$venv/bin/python" \
@@ -139,7 +137,7 @@ tests/scripts/python.sh
 heading "one sheet over ranks"
 if has_mpi; then
     cp target/release/rumple target/check/rumple
-    cargo clippy --release --package rumple-ranks -- -D warnings
+    cargo clippy --release --features mpi --package rumple --package rumple-ranks -- -D warnings
     cargo build --release --features mpi --bin rumple
     cp target/release/rumple target/check/rumple-mpi
     cp target/check/rumple target/release/rumple

@@ -201,7 +201,7 @@ fn ours(
     let mut simulation = Simulation::new(&scene, &PluginSearch::in_directories(vec![folder]))?;
     simulation.state_mut().x.copy_from_slice(&start);
     let directory = ResultDirectory::prepare(&options.out.join(&name), true)?;
-    let mut progress = Progress::new(Mode::Lines, 0.0, until);
+    let mut progress = Progress::new(Mode::Lines, until);
     let interrupt = Interrupt::install()?;
     let done = run::run(&scene, &mut simulation, &directory, &mut progress, interrupt);
     let cpu = cpu_seconds()? - began;

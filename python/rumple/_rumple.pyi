@@ -90,7 +90,7 @@ def run(
 
 def resume(
     directory: _Path,
-    until: Optional[float],
+    changes: _Overrides,
     observe: Optional[Callable[[State], Any]],
     law: Optional[Law],
     plugins: Union[_Path, Sequence[_Path], None],

@@ -128,7 +128,9 @@ def _ledger(path: Path) -> Any:
     rows = list(csv.reader(text[: text.rfind("\n") + 1].splitlines()))
     if not rows:
         raise Error(f"{path} is empty")
-    body = numpy.array(rows[1:], dtype=float).reshape(len(rows) - 1, len(rows[0]))
+    # Cells of what is not finite are empty.
+    cells = [[cell or "nan" for cell in row] for row in rows[1:]]
+    body = numpy.array(cells, dtype=float).reshape(len(rows) - 1, len(rows[0]))
     columns = {title: body[:, k].copy() for k, title in enumerate(rows[0])}
     try:
         import pandas

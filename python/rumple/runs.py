@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from . import _rumple
@@ -43,6 +43,7 @@ def run(
 def resume(
     directory: str | os.PathLike[str],
     until: float | None = None,
+    overrides: Mapping[str, Any] | None = None,
     *,
     observe: Callable[[State], Any] | None = None,
     law: Law | None = None,
@@ -50,8 +51,10 @@ def resume(
 ) -> Results:
     """Continues the run in `directory` from its last checkpoint, as `rumple resume` does.
 
-    With `until` it continues to that time instead of the one in the scene. The results are those of a run that was not
+    With `until` it continues to that time instead of the one in the scene. `overrides` may change when the run ends, as
+    `{"time.max_steps": 100}`, and its checkpoints; other keys are refused. The results are those of a run that was not
     interrupted. `observe(state)` is called as by `run`. A run with a law in Python needs that law again: one with another
     code or other parameters is refused.
     """
-    return read(_rumple.resume(directory, until, observe, law, plugins))
+    end = {} if until is None else {"time.until": float(until)}
+    return read(_rumple.resume(directory, {**(overrides or {}), **end}, observe, law, plugins))

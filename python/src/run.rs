@@ -19,7 +19,7 @@ use crate::engine::{Pending, Slot};
 use crate::law::Law;
 use crate::plugins::Plugins;
 use crate::scene::Scene;
-use crate::{convert, engine};
+use crate::{convert, engine, overrides};
 
 /// A state of a run that writes results, for observers.
 #[pyclass(module = "rumple", frozen, get_all)]
@@ -206,7 +206,7 @@ pub(crate) fn run(
         let directory = ResultDirectory::prepare(&root, force)?;
         (reached.root, reached.report) = (root, scene.output.report);
         reached.notes = simulation.notes().to_vec();
-        let mut progress = Progress::new(Mode::Silent, 0.0, scene.time.span.until.get());
+        let mut progress = Progress::new(Mode::Silent, scene.time.span.until.get());
         let origin = (&*scene, state.as_deref());
         let done = recorded(origin, &mut simulation, &directory, &mut progress, interrupt, others);
         reached.notes.extend_from_slice(simulation.faults());
@@ -216,15 +216,16 @@ pub(crate) fn run(
 
 /// Continues the run in a directory; the directory.
 #[pyfunction]
-#[pyo3(signature = (directory, until, observe, law, plugins))]
+#[pyo3(signature = (directory, changes, observe, law, plugins))]
 pub(crate) fn resume(
     py: Python<'_>,
     directory: PathBuf,
-    until: Option<f64>,
+    changes: &Bound<'_, PyAny>,
     observe: Option<Py<PyAny>>,
     law: Option<&Law>,
     plugins: Option<Plugins>,
 ) -> PyResult<PathBuf> {
+    let changes = overrides::texts(Some(changes))?;
     let attended = Attended::new(observe);
     let law = law.map(|law| law.host_law(&attended.pending.law));
     attended.run(py, move |interrupt, others, reached| {
@@ -235,11 +236,11 @@ pub(crate) fn resume(
         }
         let directory = ResultDirectory::reopen(&root)?;
         let search = Plugins::search(plugins.as_ref()).with_law(law);
-        let mut resumed = resumption::resume(&directory, until, &search)?;
+        let mut resumed = resumption::resume(&directory, &changes, &search)?;
         (reached.root, reached.report) = (root, resumed.scene.output.report);
         reached.notes = resumed.notes.clone();
-        let (from, end) = (resumed.checkpoint.time(), resumed.scene.time.span.until.get());
-        let mut progress = Progress::new(Mode::Silent, from, end);
+        let end = resumed.scene.time.span.until.get();
+        let mut progress = Progress::new(Mode::Silent, end);
         let done = continued(&mut resumed, &directory, &mut progress, interrupt, others);
         reached.notes.extend_from_slice(resumed.simulation.faults());
         done.map(|_| ())

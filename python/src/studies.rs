@@ -246,7 +246,7 @@ pub(crate) fn compare(
         let (first, start) = comparison.start(&root)?;
         let claim = comparison.open(&root)?;
         let progress = |scene: &rumple::scene::Scene| {
-            Progress::new(Mode::Silent, 0.0, scene.time.span.until.get())
+            Progress::new(Mode::Silent, scene.time.span.until.get())
         };
         let reports = Reports { progress: &progress, say: &say };
         let ended = comparison.on((planned, start), (&root, &claim), &reports, interrupt);

@@ -27,7 +27,7 @@ def test_the_ledger_without_pandas(tmp_path, monkeypatch):
     import sys
 
     monkeypatch.setitem(sys.modules, "pandas", None)
-    (tmp_path / "ledger.csv").write_text('step,time,"a, b"\n0,0,nan\n1,0.5,2\n2,0.')
+    (tmp_path / "ledger.csv").write_text('step,time,"a, b"\n0,0,\n1,0.5,2\n2,0.')
     results = rumple.read(tmp_path)
     assert {name: list(values)[1:] for name, values in results.ledger.items()} == {
         "step": [1],

@@ -106,6 +106,16 @@ def test_an_exception_of_an_observer_leaves_a_run_to_be_resumed(tmp_path):
     assert rumple.resume(tmp_path / "a", until=1.25).status["time"] == 1.25
 
 
+def test_a_run_that_ended_after_its_steps_goes_on_with_more(tmp_path):
+    rumple.run(rumple.load(DOME, {"time.max_steps": 2, "checkpoint.every": 1e-9}), tmp_path / "a")
+    with pytest.raises(rumple.Error, match="time.max_steps=N"):
+        rumple.resume(tmp_path / "a", until=2)
+    with pytest.raises(rumple.Error, match="material.young was"):
+        rumple.resume(tmp_path / "a", overrides={"time.max_steps": 4, "material.young": 7.0})
+    results = rumple.resume(tmp_path / "a", overrides={"time.max_steps": 4})
+    assert list(results.ledger["step"]) == [0, 1, 2, 3, 4]
+
+
 def test_ctrl_c_ends_within_a_second_and_the_program_goes_on(program, tmp_path):
     sent = []
 

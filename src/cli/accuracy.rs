@@ -43,7 +43,7 @@ pub(super) struct AccuracyArgs {
     /// The error that you can live with, as a share; 0.01 if not given.
     #[arg(long, value_name = "SHARE", value_parser = share)]
     want: Option<f64>,
-    /// Quantity whose error is measured; by default the field that changes most, or the number of spots after
+    /// Quantity whose error is measured; by default the field that changes most, or the number of regions above the level, `spots`, after
     /// the trajectories diverge.
     #[arg(long, value_name = "QUANTITY")]
     of: Option<Quantity>,

@@ -58,7 +58,7 @@ fn run_in_pool(args: &CompareArgs) -> Result<()> {
     let claim = comparison.open(&root)?;
     let progress = |scene: &Scene| {
         let mode = if args.quiet { Mode::Silent } else { Mode::detect() };
-        Progress::new(mode, 0.0, scene.time.span.until.get())
+        Progress::new(mode, scene.time.span.until.get())
     };
     let reports = Reports { progress: &progress, say: &say };
     let ended = comparison.on((planned, simulation), (&root, &claim), &reports, interrupt);

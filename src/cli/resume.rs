@@ -22,6 +22,10 @@ pub(super) struct ResumeArgs {
     /// Continue until this time instead of the one in the scene.
     #[arg(long, value_name = "T")]
     until: Option<f64>,
+    /// Override a key that decides when the run ends, or of its checkpoints, as in `--set time.max_steps=100`; may be
+    /// repeated. Any other is refused.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
     /// Directory to look for plugins in, before RUMPLE_PLUGIN_PATH and the program's own
     /// directory; may be repeated.
     #[arg(long = "plugin-path", value_name = "DIR")]
@@ -64,13 +68,15 @@ fn run_in_pool(args: &ResumeArgs, ranks: Option<Arc<dyn Communicator>>) -> Resul
     let quiet = args.quiet || ranks.as_ref().is_some_and(|ranks| ranks.rank() > 0);
     let search = PluginSearch::from_environment(&args.plugin_path)
         .isolated(super::isolation(args.isolate, args.plugin_limit)?);
+    let until = args.until.map(|until| format!("time.until={until:?}"));
+    let overrides: Vec<String> = args.overrides.iter().cloned().chain(until).collect();
     let resumed =
-        resume::resume_on(&root, &directory, args.until, &search, ranks.as_ref().map(Arc::clone));
+        resume::resume_on(&root, &directory, &overrides, &search, ranks.as_ref().map(Arc::clone));
     let mut resumed = agreed(ranks.as_deref(), resumed)?;
     let interrupt = Interrupt::install()?;
     let mode = if quiet { Mode::Silent } else { Mode::detect() };
     let until = resumed.scene.time.span.until.get();
-    let mut progress = Progress::new(mode, resumed.checkpoint.time(), until);
+    let mut progress = Progress::new(mode, until);
     let outcome = continued(&mut resumed, &directory, &mut progress, interrupt, &mut []);
     progress.finish();
     let resume::Resumed { scene, notes, .. } = resumed;

@@ -9,7 +9,6 @@ use clap::Args;
 use super::SceneArgs;
 use crate::output::{Format, Interrupt, Mode, Progress, ResultDirectory, SelfIntersection};
 use crate::reduction::Communicator;
-use crate::run::forecast::words;
 use crate::run::ranks::{self, agreed};
 use crate::run::run::{self, Ending, Summary};
 use crate::run::{Error, Result, Simulation, inspect, provenance};
@@ -134,7 +133,7 @@ fn run_with_progress(
     interrupt: Interrupt,
 ) -> Result<Summary> {
     let mode = if args.quiet { Mode::Silent } else { Mode::detect() };
-    let mut progress = Progress::new(mode, 0.0, origin.0.time.span.until.get());
+    let mut progress = Progress::new(mode, origin.0.time.span.until.get());
     let outcome = run::recorded(origin, simulation, directory, &mut progress, interrupt, &mut []);
     progress.finish();
     if args.quiet {
@@ -180,9 +179,6 @@ pub(super) fn print_summary(done: &Summary, directory: &ResultDirectory, format:
         done.start.wall_seconds,
         done.output.as_secs_f64()
     );
-    if let Some(predicted) = done.predicted {
-        say!("{}", words::judged(&predicted));
-    }
     if done.drag_share > 0.0 {
         let percent = 100.0 * done.drag_share;
         say!("the stabilising drag took up {percent:.2} % of the energy supplied, snaps aside");

@@ -11,6 +11,7 @@ use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 
 use super::encode::decimal;
+use super::ledger::cell;
 use super::{OutputError, atomic};
 
 const HEADER: &str = "time,step,kind,smallest eigenvalue [force/length^3],negative directions,\
@@ -103,7 +104,7 @@ impl Events {
     /// [`OutputError::Write`] if the disk is full or refuses.
     pub fn append(&mut self, event: &Event<'_>) -> Result<(), OutputError> {
         let Event { time, step, kind, eigenvalue, negative, released, place, modes } = event;
-        let number = |value: Option<f64>| value.map(decimal).unwrap_or_default();
+        let number = |value: Option<f64>| value.map(cell).unwrap_or_default();
         let (time, eigenvalue, released) = (decimal(*time), number(*eigenvalue), number(*released));
         let negative = negative.map(|n| n.to_string()).unwrap_or_default();
         self.begin()?;

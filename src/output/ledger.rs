@@ -1,7 +1,8 @@
 //! The ledger: one row of numbers for every accepted step, as CSV.
 //!
 //! The first column is the number of the step; the others are named by the creator of the
-//! ledger, with units in the names. Numbers are the shortest decimals that read back exactly.
+//! ledger, with units in the names. Numbers are the shortest decimals that read back exactly; the cell of one that is
+//! not finite, as the gap where nothing is near, is empty.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::Write;
@@ -82,7 +83,7 @@ impl Ledger {
         Ok(Self { path: path.to_owned(), file, columns: columns.len(), rows, whole })
     }
 
-    /// Appends one row; NaN is written as `nan`.
+    /// Appends one row; cells of values that are not finite are empty.
     ///
     /// # Errors
     /// [`OutputError::Ledger`] if `values` has not one number for every column;
@@ -96,7 +97,7 @@ impl Ledger {
                 message: format!("expected {} numbers, got {}", self.columns, values.len()),
             });
         }
-        let row = values.iter().map(|&x| decimal(x)).collect::<Vec<_>>().join(",") + "\n";
+        let row = values.iter().map(|&x| cell(x)).collect::<Vec<_>>().join(",") + "\n";
         self.write(&row)?;
         self.rows += 1;
         Ok(())
@@ -134,6 +135,17 @@ fn header(columns: &[String]) -> String {
         }
     });
     quoted.collect::<Vec<_>>().join(",") + "\n"
+}
+
+/// The cell of a value, which is empty where that is not finite.
+pub(super) fn cell(value: f64) -> String {
+    if value.is_finite() { decimal(value) } else { String::new() }
+}
+
+/// Returns the value of a cell, NaN for an empty one; none for a text that is no number.
+#[must_use]
+pub fn value(cell: &str) -> Option<f64> {
+    if cell.is_empty() { Some(f64::NAN) } else { cell.parse().ok() }
 }
 
 /// Returns the titles of a header line, quoted as RFC 4180 says or not.

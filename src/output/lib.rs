@@ -54,7 +54,7 @@ pub use frame::{Field, Frame};
 pub use inputs::Inputs;
 pub use interrupt::Interrupt;
 pub use ledger::Ledger;
-pub use lock::{Claim, Predicted, Reached, RunStatus, SelfIntersection, Standing, Took};
+pub use lock::{Claim, Reached, RunStatus, SelfIntersection, Standing};
 pub use progress::{Mode, Progress, ProgressLine};
 pub use provenance::Provenance;
 pub use series::{Format, Series};

@@ -56,8 +56,6 @@ pub struct Reached {
     pub start: Spent,
     /// Largest resident memory of the process, bytes, where the system says it; known at the end.
     pub peak_resident_bytes: Option<u64>,
-    /// How long the run was first predicted to take, if it was.
-    pub predicted: Option<Predicted>,
     /// Whether the sheet passes through itself in the last output state or the last state of all; none where no shape
     /// moves.
     #[serde(flatten)]
@@ -84,38 +82,6 @@ impl SelfIntersection {
             (n, _) => format!("the sheet passes through itself: {n} pairs of triangles cross"),
         })
     }
-}
-
-/// How long a run was predicted to take, the relaxation of its start and output included.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Predicted {
-    /// Wall time, s.
-    pub seconds: f64,
-    /// At least.
-    pub least_seconds: f64,
-    /// At most.
-    pub most_seconds: f64,
-    /// Processor time, s.
-    pub cpu_seconds: f64,
-    /// Steps.
-    pub steps: u64,
-    /// Wall time when that was said, s.
-    pub after_seconds: f64,
-    /// Steps by then.
-    pub after_steps: u64,
-    /// Simulated time by then.
-    pub after_time: f64,
-    /// What it took; known at the end.
-    pub took: Option<Took>,
-}
-
-/// What a run took, the relaxation of its start and output included.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Took {
-    /// Wall time, s.
-    pub seconds: f64,
-    /// Processor time, s.
-    pub cpu_seconds: f64,
 }
 
 /// The right to write to a directory, until it is dropped.

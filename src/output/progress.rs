@@ -1,17 +1,24 @@
-//! How far a run is: a bar on a terminal, a line now and then elsewhere, or nothing.
+//! Progress of a run: a line that is rewritten on a terminal, a line now and then elsewhere, or nothing.
+//!
+//! ```text
+//! 00:01:12  [#####...............]  25 %  time 12.500000 of 50  step 100  dt 5.000e-1
+//! ```
+//!
+//! The bar is the share of the scene's end time, not of the wall time: step sizes and the cost of a step change
+//! within a run. The wall time is that of this process.
 
 use std::io::{IsTerminal, Write};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{FormattedDuration, ProgressBar, ProgressStyle};
 
-use rumple_numerics::num::Short;
+use rumple_numerics::num::{Short, whole};
 
 /// How progress is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mode {
-    /// A bar that redraws itself, on standard error.
+    /// A line that is rewritten, on standard error.
     Bar,
     /// Plain lines on standard error.
     Lines,
@@ -20,7 +27,7 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// A bar if standard error is a terminal, lines if not.
+    /// A line that is rewritten if standard error is a terminal, lines if not.
     #[must_use]
     pub fn detect() -> Self {
         if std::io::stderr().is_terminal() { Self::Bar } else { Self::Lines }
@@ -34,24 +41,18 @@ pub const INTERVAL: Duration = Duration::from_secs(5);
 /// The same of a bar's text.
 const REDRAW_INTERVAL: Duration = Duration::from_millis(500);
 
-/// Ticks of the bar from start to end.
-const TICKS: u16 = 1000;
+/// Characters of the bar.
+const WIDTH: usize = 20;
 
-/// What is known after a step.
+/// State of the run after a step.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ProgressLine {
-    /// Time reached.
+    /// Simulated time.
     pub time: f64,
-    /// Steps taken.
+    /// Accepted steps.
     pub step: u64,
     /// Size of the last step.
     pub dt: f64,
-    /// Force residual, or whatever norm the solver stops by.
-    pub residual: f64,
-    /// The time that is left, in words, if that is known.
-    pub left: String,
-    /// Anything else worth a few words.
-    pub note: String,
 }
 
 enum Sink {
@@ -60,83 +61,91 @@ enum Sink {
     Silent,
 }
 
-/// Where lines go, and how far the run is that they tell of.
+/// Where lines go, and the progress that each of them begins with.
 struct Shown {
     sink: Sink,
-    /// The time reached, in words.
-    reached: String,
-    /// The time that is left, in words, if that is known.
-    left: String,
+    began: Instant,
+    end: f64,
+    time: f64,
 }
 
-/// Shows how far a run is between two times.
+impl Shown {
+    /// `[#####...............]  25 %`: the share of the end time that is done.
+    fn bar(&self) -> String {
+        let share = self.time / self.end;
+        let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 };
+        let percent = whole((100.0 * share).floor());
+        let done = percent * WIDTH / 100;
+        format!("[{:.<WIDTH$}] {percent:>3} %", "#".repeat(done))
+    }
+
+    /// Shows the elapsed wall time, the bar, the simulated time and `text`.
+    fn show(&mut self, text: &str) {
+        let text = format!("{}  {}  {text}", self.bar(), reached(self.time, self.end));
+        match &mut self.sink {
+            Sink::Silent => {}
+            Sink::Bar(line) => line.set_message(text),
+            Sink::Lines { writer, shown, .. } => {
+                say(writer, &format!("{}  {text}", FormattedDuration(self.began.elapsed())));
+                *shown = Some(Instant::now());
+            }
+        }
+    }
+}
+
+/// Shows the progress of a run to its end time.
 pub struct Progress {
     shown: Arc<Mutex<Shown>>,
-    start: f64,
-    end: f64,
-    last: Option<ProgressLine>,
-    last_shown: bool,
+    /// The last step, if it was not shown.
+    hidden: Option<String>,
 }
 
 impl Progress {
-    /// Progress from time `start` to time `end`.
+    /// Progress to time `end`.
     #[must_use]
-    pub fn new(mode: Mode, start: f64, end: f64) -> Self {
+    pub fn new(mode: Mode, end: f64) -> Self {
         let sink = match mode {
             Mode::Silent => Sink::Silent,
             Mode::Lines => {
                 Sink::Lines { writer: Box::new(std::io::stderr()), every: INTERVAL, shown: None }
             }
             Mode::Bar => {
-                let bar = ProgressBar::new(TICKS.into());
-                if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}") {
-                    bar.set_style(style);
+                let line = ProgressBar::new_spinner();
+                if let Ok(style) = ProgressStyle::with_template("{elapsed_precise}  {wide_msg}") {
+                    line.set_style(style);
                 }
-                bar.enable_steady_tick(Duration::from_millis(500));
-                Sink::Bar(bar)
+                line.enable_steady_tick(REDRAW_INTERVAL);
+                Sink::Bar(line)
             }
         };
-        Self::with_sink(sink, start, end)
+        Self::with_sink(sink, end)
     }
 
     /// Plain lines to `writer`, at most one `every` so often, besides the first and the last.
     #[must_use]
-    pub fn lines_to(writer: Box<dyn Write + Send>, every: Duration, start: f64, end: f64) -> Self {
-        Self::with_sink(Sink::Lines { writer, every, shown: None }, start, end)
+    pub fn lines_to(writer: Box<dyn Write + Send>, every: Duration, end: f64) -> Self {
+        Self::with_sink(Sink::Lines { writer, every, shown: None }, end)
     }
 
-    fn with_sink(sink: Sink, start: f64, end: f64) -> Self {
-        let shown = Shown { sink, reached: reached(start, end), left: String::new() };
-        let shown = Arc::new(Mutex::new(shown));
-        Self { shown, start, end, last: None, last_shown: false }
+    fn with_sink(sink: Sink, end: f64) -> Self {
+        let shown = Shown { sink, began: Instant::now(), end, time: 0.0 };
+        Self { shown: Arc::new(Mutex::new(shown)), hidden: None }
     }
 
     /// Reports the progress after a step.
     pub fn update(&mut self, line: &ProgressLine) {
-        let text = self.describe(line);
-        let share = self.share(line.time);
+        let ProgressLine { time, step, dt } = line;
+        let text = format!("step {step}  dt {dt:.3e}");
         let mut shown = lock(&self.shown);
-        shown.reached = reached(line.time, self.end);
-        shown.left.clone_from(&line.left);
-        self.last_shown = match &mut shown.sink {
-            Sink::Silent => true,
-            Sink::Bar(bar) => {
-                let ticks = rumple_numerics::num::whole(share * f64::from(TICKS)) as u64;
-                bar.set_position(ticks);
-                bar.set_message(text);
-                true
-            }
-            Sink::Lines { writer, every, shown } => {
-                let due = shown.is_none_or(|at| at.elapsed() >= *every);
-                if due {
-                    say(writer, &text);
-                    *shown = Some(Instant::now());
-                }
-                due
-            }
+        shown.time = *time;
+        let due = match &shown.sink {
+            Sink::Lines { every, shown, .. } => shown.is_none_or(|at| at.elapsed() >= *every),
+            _ => true,
         };
-        drop(shown);
-        self.last = Some(line.clone());
+        if due {
+            shown.show(&text);
+        }
+        self.hidden = (!due).then_some(text);
     }
 
     /// Reports work within a step while it is under way.
@@ -149,40 +158,20 @@ impl Progress {
     pub fn message(&mut self, text: &str) {
         match &mut lock(&self.shown).sink {
             Sink::Silent => {}
-            Sink::Bar(bar) => bar.println(text),
+            Sink::Bar(line) => line.println(text),
             Sink::Lines { writer, .. } => say(writer, text),
         }
     }
 
     /// Shows the last step if it was not shown, and leaves the terminal as it was.
     pub fn finish(self) {
-        let text = self.last.as_ref().map(|line| self.describe(line));
-        match (&mut lock(&self.shown).sink, text) {
-            (Sink::Bar(bar), _) => bar.abandon(),
-            (Sink::Lines { writer, .. }, Some(text)) if !self.last_shown => say(writer, &text),
-            _ => {}
+        let mut shown = lock(&self.shown);
+        if let Some(text) = &self.hidden {
+            shown.show(text);
         }
-    }
-
-    /// The part of the way from start to end that is done, from 0 to 1.
-    fn share(&self, time: f64) -> f64 {
-        let share = (time - self.start) / (self.end - self.start);
-        if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 }
-    }
-
-    fn describe(&self, line: &ProgressLine) -> String {
-        let ProgressLine { time, step, dt, residual, left, note } = line;
-        let mut text = format!(
-            "{}  step {step}  dt {dt:.3e}  residual {residual:.2e}",
-            reached(*time, self.end)
-        );
-        if !left.is_empty() {
-            text += &format!("  {left}");
+        if let Sink::Bar(line) = &shown.sink {
+            line.abandon();
         }
-        if !note.is_empty() {
-            text += &format!("  {note}");
-        }
-        text
     }
 }
 
@@ -199,8 +188,8 @@ pub struct Aside {
 }
 
 impl Aside {
-    /// Shows what is done if it is time to, with the time that the last step reached and what is left, as every
-    /// line of progress; cheap enough to be asked again and again.
+    /// Shows what is done if it is time to, after the progress up to the last step; cheap enough to be asked
+    /// again and again.
     pub fn report(&self, what: &dyn Fn() -> String) {
         let mut reported = lock(&self.reported);
         let mut shown = lock(&self.shown);
@@ -211,18 +200,7 @@ impl Aside {
         };
         if due {
             *reported = Instant::now();
-            let mut text = format!("{}: {}", shown.reached, what());
-            if !shown.left.is_empty() {
-                text += &format!("  {}", shown.left);
-            }
-            match &mut shown.sink {
-                Sink::Silent => {}
-                Sink::Bar(bar) => bar.set_message(text),
-                Sink::Lines { writer, shown, .. } => {
-                    say(writer, &text);
-                    *shown = Some(*reported);
-                }
-            }
+            shown.show(&what());
         }
     }
 }

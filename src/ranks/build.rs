@@ -1,5 +1,9 @@
-//! Finds PETSc: `libpetsc-real-dev` on Debian, a module or a Spack package on a cluster.
+//! Finds PETSc with the feature `mpi`: `libpetsc-real-dev` on Debian, a module or a Spack package on a cluster.
 
+#[cfg(not(feature = "mpi"))]
+fn main() {}
+
+#[cfg(feature = "mpi")]
 fn main() {
     println!("cargo:rerun-if-env-changed=PKG_CONFIG_PATH");
     if let Err(error) = pkg_config::Config::new().atleast_version("3.18").probe("PETSc") {

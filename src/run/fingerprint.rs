@@ -21,8 +21,10 @@ pub(super) struct Fingerprint {
 /// What the law of the host program is called among files.
 const HOST_LAW: &str = "the law";
 
-/// Keys of a scene that a run may be continued with others of.
-const CHANGEABLE_KEYS: [&str; 3] = ["time.until", "time.max_steps", "checkpoint"];
+/// Keys of a scene that a run may be continued with other values of.
+const CHANGEABLE_KEYS: [&str; 4] = ["time.until", "time.max_steps", STOP_WHEN_STEADY, "checkpoint"];
+/// Key of the rate below which a run ends.
+pub(super) const STOP_WHEN_STEADY: &str = "time.stop_when_steady";
 
 impl Fingerprint {
     /// What `simulation` is made from.

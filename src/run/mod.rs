@@ -3,8 +3,7 @@
 //! [`Simulation`] is a scene that is set up: the sheet is read or generated, plugins are loaded, every listed
 //! effect is bound. It steps and can be asked for its state and energies. [`run`](run::run) steps it to
 //! the end of the scene and shows every accepted state to [`Observer`]s: frames, ledger, stop rules.
-//! [`forecast`] says
-//! how long that takes. [`inspect`] and [`stability`] inspect one state without running.
+//! [`inspect`] and [`stability`] inspect one state without running.
 
 mod binding;
 mod checkpoint;
@@ -15,7 +14,6 @@ mod failure;
 mod fields;
 mod fingerprint;
 pub mod follow;
-pub mod forecast;
 mod incidents;
 mod initial_state;
 pub mod inspect;
@@ -60,3 +58,4 @@ pub use simulation::Simulation;
 pub use summary::{Ending, Summary};
 
 pub(crate) use prepare::{located, location, read_sheet};
+pub(crate) use stability_monitor::stays_at_saddle;

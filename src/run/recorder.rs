@@ -1,9 +1,8 @@
-//! Everything that is recorded of a run between two steps: observers, events, checkpoints, warnings, the forecast.
+//! Everything that is recorded of a run between two steps: observers, events, checkpoints, warnings.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use super::checkpoint::{Checkpoint, Checkpoints, ResultsSoFar};
-use super::forecast::{Clock, RunForecast};
 use super::incidents::RunEvents;
 use super::invariants::Invariants;
 use super::observe::{Frames, LedgerRows, Observer, StepInfo, StopRules};
@@ -88,14 +87,14 @@ impl RunObservers {
 /// Wall time of a run, without interruptions.
 #[derive(Clone, Copy)]
 pub(super) struct RunClock {
-    pub(super) clock: Clock,
+    pub(super) began: Instant,
     /// Of the parts before this one, s.
     pub(super) before: f64,
 }
 
 impl RunClock {
     fn wall(&self) -> f64 {
-        self.before + self.clock.wall()
+        self.before + self.began.elapsed().as_secs_f64()
     }
 }
 
@@ -107,9 +106,6 @@ pub(super) struct Recorder<'a> {
     clock: RunClock,
     schedule: OutputSchedule,
     checkpoints: Checkpoints,
-    /// A forecast begins with the start of a run: there is none of a resumed one.
-    forecast: RunForecast,
-    resumed: bool,
     warnings: Warnings,
     summary: Summary,
     /// Whether solvers are as the last accepted step has left them.
@@ -132,7 +128,6 @@ impl<'a> Recorder<'a> {
         let results = from.map(|from| &from.results);
         let start = results.map_or(simulation.spent(), |results| results.start);
         let checkpoints = Checkpoints::of(scene, simulation, directory)?;
-        let forecast = RunForecast::new(scene, clock.clock);
         directory.claim().tell(|reached| reached.start = start);
         let mut schedule = OutputSchedule::of(scene);
         if let Some(results) = results {
@@ -148,8 +143,6 @@ impl<'a> Recorder<'a> {
             clock,
             schedule,
             checkpoints,
-            forecast,
-            resumed: from.is_some(),
             warnings: Warnings::default(),
             summary: Summary::at_start(start),
             clean,
@@ -296,20 +289,10 @@ impl<'a> Recorder<'a> {
         }
         self.summary.spent = simulation.spent();
         self.summary.drag_share = latest.relaxation.drag_share;
-        if !self.resumed {
-            self.forecast.step(latest, time, cut);
-        }
-        if let Some((predicted, words)) = self.forecast.announced() {
-            self.session.directory.claim().tell(|reached| reached.predicted = Some(predicted));
-            self.session.progress.message(&words);
-        }
         self.session.progress.update(&ProgressLine {
             time,
             step: simulation.stepper.state.step,
             dt: latest.length,
-            residual: latest.relaxation.residual,
-            left: self.forecast.left().unwrap_or_default(),
-            note: format!("{} iterations", latest.relaxation.iterations),
         });
         Ok(())
     }
@@ -328,12 +311,9 @@ impl<'a> Recorder<'a> {
     pub(super) fn finish(mut self, simulation: &Simulation, ending: Ending) -> Summary {
         self.summary.ending = ending;
         self.summary.frames = self.outputs.frame_count();
-        self.summary.predicted = self.forecast.judged();
-        let predicted = self.summary.predicted;
-        self.session.directory.claim().tell(|reached| reached.predicted = predicted);
         self.summary.invariants =
             simulation.invariants.as_ref().map(Invariants::worst).unwrap_or_default();
-        self.summary.wall = Duration::from_secs_f64(self.clock.clock.wall());
+        self.summary.wall = self.clock.began.elapsed();
         self.summary
     }
 }

@@ -5,10 +5,11 @@ use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::fingerprint::Fingerprint;
+use super::fingerprint::{Fingerprint, STOP_WHEN_STEADY};
 use super::ranks::checkpoints::{self, UsableCheckpoint};
-use super::{Checkpoint, Error, Result, Simulation};
+use super::{Checkpoint, Ending, Error, Result, Simulation};
 use crate::kinetics::PluginSearch;
+use crate::num::checked::AtLeast;
 use crate::output::checkpoint::{self, Unusable};
 use crate::output::provenance::digest_of;
 use crate::output::{Format, ResultDirectory, RunStatus, Standing, vtkhdf};
@@ -28,17 +29,18 @@ pub struct Resumed {
     pub notes: Vec<String>,
 }
 
-/// Sets up the run in `directory` to continue from its last usable checkpoint, to the time `until` if that
-/// is given; plugins are looked for as `search` says. Nothing is changed yet.
+/// Sets up the run in `directory` to continue from its last usable checkpoint, with the `overrides` of its scene, as
+/// `time.until=2`, which may change when it ends and its checkpoints; plugins are looked for as `search` says. Nothing
+/// is changed yet.
 ///
 /// # Errors
 /// [`Error::Refused`] with what is in the way and what helps; a scene, mesh or plugin that cannot be read.
 pub fn resume(
     directory: &ResultDirectory,
-    until: Option<f64>,
+    overrides: &[String],
     search: &PluginSearch,
 ) -> Result<Resumed> {
-    resume_on(directory.root(), directory, until, search, None)
+    resume_on(directory.root(), directory, overrides, search, None)
 }
 
 /// The same of a run in `root` on one of several ranks, which writes to `directory`; on another number of ranks than
@@ -49,7 +51,7 @@ pub fn resume(
 pub fn resume_on(
     root: &Path,
     directory: &ResultDirectory,
-    until: Option<f64>,
+    overrides: &[String],
     search: &PluginSearch,
     of: Option<Arc<dyn Communicator>>,
 ) -> Result<Resumed> {
@@ -64,12 +66,11 @@ pub fn resume_on(
                 .into(),
         );
     }
-    let until_set = until.map(|until| format!("time.until={until:?}"));
-    let scene = Scene::load(&path, until_set.as_slice())?;
+    let scene = Scene::load(&path, overrides)?;
     let found = last(root, directory, of.as_deref());
     let (UsableCheckpoint { checkpoint, parts }, notes) =
         found.map_err(|notes| refused(without_checkpoint(&notes, standing.as_ref())))?;
-    check_end(&checkpoint, scene.time.span.until.get(), until, standing).map_err(refused)?;
+    check_end(&checkpoint, &scene, overrides, standing.as_ref()).map_err(refused)?;
     if let (Some(name), None) = (checkpoint.fingerprint.host_law(), search.host_law()) {
         return refuse(format!(
             "the law `{name}` is a function of the program that began the run, which its directory does not have; \
@@ -129,35 +130,56 @@ fn restore(
     Ok(())
 }
 
-/// Whether a run with this checkpoint has anywhere to go, or why not.
+/// Whether a run with this checkpoint, of `scene` with `overrides`, has anywhere to go, or why not.
 fn check_end(
     checkpoint: &Checkpoint,
-    end: f64,
-    until: Option<f64>,
-    standing: Option<Standing>,
+    scene: &Scene,
+    overrides: &[String],
+    standing: Option<&Standing>,
 ) -> Result<(), String> {
-    let (time, refuse) = (checkpoint.time(), Err);
-    let complete = standing.as_ref().is_some_and(|standing| standing.status == RunStatus::Complete);
-    if complete && until.is_none() {
-        let what = format!("the run is complete, at time {time}");
-        return refuse(format!("{what}; `--until T` lets it go further"));
-    }
-    // One that was killed at its very end has only to say so.
-    if end < time || (complete && end <= time) {
-        return refuse(format!(
-            "its checkpoint is at time {time}, and the run is to end at {end}; `--until T` lets it go \
-             further"
-        ));
-    }
+    let (time, step, end) = (checkpoint.time(), checkpoint.step(), scene.time.span.until.get());
+    let most = scene.time.span.max_steps.map_or(u64::MAX, |most| AtLeast::get(most) as u64);
+    let complete = standing.filter(|standing| standing.status == RunStatus::Complete);
     // Results are cut back to the checkpoint: what lies beyond the new end would be lost.
     let reached = standing.map_or(time, |standing| standing.time);
-    if let Some(until) = until.filter(|until| *until < reached) {
-        return refuse(format!(
-            "it has results up to time {reached}, and those after {until} would be lost; `--until T` lets it go \
-             further"
+    if end < reached && !overrides.is_empty() {
+        return Err(format!(
+            "it has results up to time {reached}, and those after {end} would be lost; `--until T` lets it go further"
+        ));
+    }
+    if let Some(standing) = complete {
+        let steps = standing.work.map_or(step, |work| work.steps.max(step));
+        let remedy = remedies(standing, (end <= reached, most <= steps), overrides);
+        if overrides.is_empty() || !remedy.is_empty() {
+            let remedy = if remedy.is_empty() { UNTIL } else { &remedy };
+            return Err(format!(
+                "the run is complete, at time {reached}, step {steps}: {}; {remedy} lets it go further",
+                standing.reason
+            ));
+        }
+    // One that was killed at its very end has only to say so.
+    } else if end < time || most < step {
+        return Err(format!(
+            "its checkpoint is at time {time}, step {step}, and the run is to end at time {end}{}; {} lets it go further",
+            if most < step { format!(" or after {most} steps") } else { String::new() },
+            if most < step { MAX_STEPS } else { UNTIL }
         ));
     }
     Ok(())
+}
+
+const UNTIL: &str = "`--until T`";
+const MAX_STEPS: &str = "`--set time.max_steps=N` with a larger N";
+
+/// Options without which a complete run would end again at once: where the end time, or the number of steps, is
+/// `reached`, and where it was steady. Empty where it has somewhere to go.
+fn remedies(standing: &Standing, reached: (bool, bool), overrides: &[String]) -> String {
+    let steady = standing.reason == Ending::Steady.to_string()
+        && !overrides.iter().any(|set| set.starts_with(STOP_WHEN_STEADY));
+    let rate = format!("`--set {STOP_WHEN_STEADY}=RATE` with a smaller RATE");
+    let all = [(reached.0, UNTIL), (reached.1, MAX_STEPS), (steady, &*rate)];
+    let needed: Vec<&str> = all.iter().filter(|(needed, _)| *needed).map(|one| one.1).collect();
+    needed.join(" together with ")
 }
 
 /// The last checkpoint that can be used, and what is wrong with later ones; if there is none, what is wrong

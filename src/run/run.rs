@@ -2,10 +2,10 @@
 //! observers (frames, ledger, stop rules).
 
 use std::path::Path;
+use std::time::Instant;
 
 use super::checkpoint::Checkpoint;
 use super::costs::{Costs, peak_resident};
-use super::forecast::Clock;
 use super::incidents::RunEvents;
 use super::observe::Observer;
 use super::recorder::{Recorder, RunClock, RunObservers};
@@ -124,7 +124,7 @@ fn stepped(
 ) -> Result<Summary> {
     let results = from.map(|from| &from.results);
     let clock =
-        RunClock { clock: Clock::start(), before: results.map_or(0.0, |results| results.wall) };
+        RunClock { began: Instant::now(), before: results.map_or(0.0, |results| results.wall) };
     let aside = progress.aside();
     simulation.set_control(Control::new(move || interrupt.requested(), move |t| aside.report(t)));
     let mut session = Session { scene, directory, progress, interrupt };

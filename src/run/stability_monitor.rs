@@ -41,6 +41,11 @@ const AT_START: &str = "saddle at the start";
 const LATER_REMEDY: &str = "a run does not leave it by itself, and an imperfection of the start is \
     relaxed away before anything grows: follow the mode with stability.perturb";
 
+/// Whether an event of this kind leaves a run at a saddle.
+pub(crate) fn stays_at_saddle(kind: &str) -> bool {
+    matches!(kind, AT_START | FELL_BACK)
+}
+
 /// The stability monitor of one run.
 pub(super) struct StabilityMonitor {
     stability: Stability,

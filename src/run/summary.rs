@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use super::{Error, Result};
-use crate::output::{Claim, Predicted, ResultDirectory, RunStatus, SelfIntersection, interrupt};
+use crate::output::{Claim, ResultDirectory, RunStatus, SelfIntersection, interrupt};
 use crate::solve::SolveError;
 use crate::tally::Spent;
 
@@ -56,8 +56,6 @@ pub struct Summary {
     pub wall: Duration,
     /// Wall time of writing.
     pub output: Duration,
-    /// How long it was first predicted to take, if it was, and took.
-    pub predicted: Option<Predicted>,
     /// Of every law of nature that the scene lists the largest value, in words.
     pub invariants: Vec<String>,
     /// Share of the energy supplied that the drag which stabilises a quasi-static shape has taken up outside of snaps.
@@ -79,7 +77,6 @@ impl Summary {
             start,
             wall: Duration::ZERO,
             output: Duration::ZERO,
-            predicted: None,
             invariants: Vec::new(),
             drag_share: 0.0,
             intersection: None,

@@ -100,10 +100,14 @@ fn last(found: &MemberResults) -> Option<&Measures> {
     found.measures.last()
 }
 
+/// The column of the connected regions above the level, in files and in tables and plots for people.
+const SPOTS: &str = "spots";
+const REGIONS: &str = "regions above the level";
+
 /// Results of a member: titles with units, and numbers.
 const RESULTS: [(&str, NumberOf); 8] = [
     ("time", |f| Some(last(f)?.time)),
-    ("spots", |f| Some(real(last(f)?.spots))),
+    (SPOTS, |f| Some(real(last(f)?.spots))),
     ("separation d [length]", |f| last(f)?.separation),
     ("nearest centres [length]", |f| last(f)?.nearest),
     ("share", |f| Some(last(f)?.share)),
@@ -124,6 +128,13 @@ struct Column<'a> {
     title: &'a str,
     /// The number of a member.
     of: BoxedNumberOf<'a>,
+}
+
+/// The same with titles for people: a labyrinth, or a wavy edge, is one region.
+fn labelled_columns(members: &[MemberResults]) -> Vec<Column<'_>> {
+    let mut columns = columns(members);
+    columns.iter_mut().filter(|c| c.title == SPOTS).for_each(|c| c.title = REGIONS);
+    columns
 }
 
 /// Columns of the tables: results, with the totals of all species that a member has, and costs.
@@ -205,7 +216,7 @@ fn statistics_rows(
 /// numbers.
 #[must_use]
 pub fn markdown(plan: &Plan, members: &[MemberResults]) -> String {
-    let mut columns = columns(members);
+    let mut columns = labelled_columns(members);
     columns.retain(|c| members.iter().any(|f| (c.of)(f).is_some()));
     let cell = |value: Option<f64>| value.map_or("-".into(), label);
     let keys = plan.axes.iter().map(|axis| axis.title()).chain(once("status"));
@@ -276,7 +287,7 @@ pub fn figure(plan: &Plan, members: &[MemberResults], across: usize) -> Figure {
         })
     };
     // The time reached does not count as a result.
-    let panels = columns(members)[1..].iter().filter_map(panel).collect();
+    let panels = labelled_columns(members)[1..].iter().filter_map(panel).collect();
     plot.figure("all members", panels)
 }
 

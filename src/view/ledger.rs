@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::blocks::Blocks;
 use super::text_of;
 use crate::num::single;
-use crate::output::ledger::titles;
+use crate::output::ledger::{titles, value};
 use crate::output::{OutputError, ResultDirectory};
 use crate::run::Result;
 
@@ -41,7 +41,7 @@ pub(super) fn read(root: &Path, blocks: &mut Blocks) -> Result<Option<Columns>> 
     let (of, every) = (body.len(), body.len().div_ceil(MAX_ROWS).max(1));
     let mut rows = Vec::new();
     for (k, line) in body.iter().enumerate().filter(|(k, _)| k % every == 0 || k + 1 == of) {
-        let numbers: Option<Vec<f64>> = line.split(',').map(|cell| cell.parse().ok()).collect();
+        let numbers: Option<Vec<f64>> = line.split(',').map(value).collect();
         match numbers.filter(|numbers| numbers.len() == columns.len()) {
             Some(numbers) => rows.push(numbers),
             None => {

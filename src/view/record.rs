@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::text_of;
 use crate::output::{ResultDirectory, RunStatus, SelfIntersection, Standing};
-use crate::run::{Costs, Error, Result};
+use crate::run::{Costs, Error, Result, stays_at_saddle};
 
 /// Most bytes of a text; what is longer is cut off.
 const MAX_TEXT: usize = 200_000;
@@ -94,11 +94,23 @@ fn warnings(standing: Option<&Standing>, events: Option<&str>) -> Vec<String> {
     if let Some(text) = standing.intersection.and_then(SelfIntersection::words) {
         all.push(text);
     }
-    let count = events.map_or(0, |text| text.lines().count().saturating_sub(1));
+    let count = events.map_or(0, notable);
     if count > 0 {
         all.push(format!("events, as snaps and losses of stability: {count}, listed below"));
     }
     all
+}
+
+/// Number of events of steps, and of a start that stays at a saddle. How the start has come to rest is no warning.
+fn notable(events: &str) -> usize {
+    let cells = |row: &str| {
+        let mut cells = row.split(',').map(str::to_owned);
+        Some((cells.nth(1)?, cells.next()?))
+    };
+    let (start, steps): (Vec<_>, Vec<_>) =
+        events.lines().skip(1).filter_map(cells).partition(|(step, _)| step == "0");
+    let saddle = start.last().is_some_and(|(_, kind)| stays_at_saddle(kind));
+    steps.len() + usize::from(saddle)
 }
 
 /// The command of the run, and what makes it again from this page alone.

@@ -90,7 +90,7 @@ fn an_unlisted_effect_changes_no_bit_and_no_count() {
     let search = PluginSearch::in_directories(vec![crate::plugins::build::directory().to_owned()]);
     let mut simulation = Simulation::new(&scene, &search).unwrap();
     let directory = ResultDirectory::prepare(&folder.path().join("with"), false).unwrap();
-    let mut progress = Progress::new(Mode::Silent, 0.0, 1.0);
+    let mut progress = Progress::new(Mode::Silent, 1.0);
     let interrupt = Interrupt::install().unwrap();
     laws::validate(&mut simulation.evaluate()).unwrap();
     run::run(&scene, &mut simulation, &directory, &mut progress, interrupt).unwrap();

@@ -48,7 +48,6 @@ fn member(name: &str, seconds: f64, bend: f64, level: f64) -> Member {
         start: Spent::default(),
         wall: Duration::from_secs_f64(seconds),
         output: Duration::ZERO,
-        predicted: None,
         invariants: Vec::new(),
         drag_share: 0.0,
         intersection: None,

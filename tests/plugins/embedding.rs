@@ -79,7 +79,7 @@ fn run_with_an_observer() {
     let observed = |limit: f64, name: &str| {
         let (scene, mut simulation) = prepare(DOME, &["output.every=0.25", "time.until=1.0"]);
         let directory = ResultDirectory::prepare(&folder.path().join(name), false).unwrap();
-        let mut progress = Progress::new(Mode::Silent, 0.0, 1.0);
+        let mut progress = Progress::new(Mode::Silent, 1.0);
         let mut heights = Heights { limit, ..Heights::default() };
         let others: &mut [&mut dyn Observer] = &mut [&mut heights];
         let interrupt = Interrupt::on_request();

@@ -5,6 +5,7 @@ use std::process::Output;
 
 use rumple::Simulation;
 use rumple::kinetics::PluginSearch;
+use rumple::output::ledger::value;
 use rumple::scene::Scene;
 
 use super::program::{folder, rumple, text};
@@ -23,7 +24,7 @@ impl Ledger {
         let all = std::fs::read_to_string(directory.join("ledger.csv")).unwrap();
         let mut lines = all.lines();
         let names = lines.next().unwrap().split(',').map(str::to_owned).collect();
-        let row = |line: &str| line.split(',').map(|v| v.parse().unwrap()).collect();
+        let row = |line: &str| line.split(',').map(|v| value(v).unwrap()).collect();
         Self { names, rows: lines.map(row).collect() }
     }
 

@@ -9,7 +9,6 @@ mod explain;
 mod failed;
 mod files;
 mod follow;
-mod forecast;
 mod inspect;
 mod invariants;
 mod notes;

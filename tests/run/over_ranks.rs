@@ -44,7 +44,7 @@ fn refusals(root: &Path, size: usize) -> Vec<String> {
             false => ResultDirectory::prepare(&own, false).unwrap(),
         };
         let search = PluginSearch::in_directories(Vec::new());
-        let resumed = resume::resume_on(root, &directory, None, &search, Some(rank));
+        let resumed = resume::resume_on(root, &directory, &[], &search, Some(rank));
         resumed.err().expect("it is resumed").to_string()
     })
 }

@@ -325,6 +325,45 @@ fn what_cannot_go_on_says_why_and_what_can() {
     assert_eq!(fs::read_to_string(whole.join("ledger.csv")).unwrap(), ledger);
 }
 
+/// A complete run names the options without which it would end again at once, and runs on with them.
+#[test]
+fn a_complete_run_names_what_extends_it() {
+    const POINT: &str = "sheet = { shape = 'point' }
+        time = { until = 1.0, integrator = { kind = 'staggered', method = 'euler', step = 0.125 } }
+        kinetics = { rates.c = '-c', initial.c = 1.0 }";
+    let (until, rate) = ("`--until T` lets", "`--set time.stop_when_steady=RATE`");
+    let (steps, both) = ("`--set time.max_steps=N`", "`--until T` together with `--set time.max");
+    let longer = "time.until=2";
+    let cases = [
+        ("time.until=0.5", [("", until), ("time.max_steps=9", until)], "time.until=1"),
+        ("time.max_steps=2", [("", steps), (longer, steps)], "time.max_steps=8"),
+        ("time.max_steps=8", [("", both), (longer, steps)], ""),
+        ("time.stop_when_steady=0.8", [("", rate), (longer, rate)], "time.stop_when_steady=0.1"),
+    ];
+    for (end, refused, further) in cases {
+        let folder = folder(POINT);
+        let keys = [&[end][..], &FREQUENT_CHECKPOINTS].concat();
+        let run = args(&["run", "scene.toml", "--out", "out", "--quiet"], &keys);
+        assert!(rumple(folder.path(), &run).status.success());
+        let resume =
+            |set: &[&str]| rumple(folder.path(), &args(&["resume", "out", "--quiet"], set));
+        for (set, named) in refused {
+            let out = if set.is_empty() { resume(&[]) } else { resume(&[set]) };
+            let said = text(&out.stderr);
+            assert!(out.status.code() == Some(2) && said.contains(named), "{end}, {set}: {said}");
+        }
+        if further.is_empty() {
+            continue;
+        }
+        let said = text(&resume(&[further, "kinetics.rates.c=\"-2*c\""]).stderr);
+        assert!(said.contains("kinetics.rates.c was \"-c\" and is \"-2*c\""), "{said}");
+        let out = resume(&[further]);
+        assert!(out.status.success(), "{end}, {further}: {}", text(&out.stderr));
+        let ledger = fs::read_to_string(folder.path().join("out/ledger.csv")).unwrap();
+        assert!(ledger.lines().last().unwrap().starts_with("8,1,"), "{end}, {further}: {ledger}");
+    }
+}
+
 #[test]
 fn nobody_goes_on_with_a_run_at_work() {
     let folder = folder(SMALL);

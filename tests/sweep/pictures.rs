@@ -15,6 +15,9 @@ use rumple::tally::Work;
 
 use crate::common::lattice;
 
+/// Title of the measure `spots` in plots.
+const REGIONS: &str = "regions above the level";
+
 pub(super) fn plan(axes: &[&str]) -> Plan {
     let axes: Vec<Axis> = axes.iter().map(|text| Axis::parse(text).unwrap()).collect();
     let count = axes.iter().map(|axis| axis.values.len()).product();
@@ -211,9 +214,9 @@ fn measures_are_drawn_against_a_key_with_a_curve_for_every_other_value() {
     let drawn = figure(&plan, &members, 0);
     assert_eq!(drawn.names, ["D = 0", "D = 5"]);
     let titles: Vec<&str> = drawn.panels.iter().map(|p| p.title.as_str()).collect();
-    assert!(titles.contains(&"spots") && titles.contains(&"separation d [length]"), "{titles:?}");
+    assert!(titles.contains(&REGIONS) && titles.contains(&"separation d [length]"), "{titles:?}");
     assert!(!titles.contains(&"nearest centres [length]"), "no member has any: {titles:?}");
-    let spots = drawn.panels.iter().find(|p| p.title == "spots").unwrap();
+    let spots = drawn.panels.iter().find(|p| p.title == REGIONS).unwrap();
     assert_eq!(spots.logarithmic, (true, false));
     // A curve through the means over seeds, and a mark for every seed.
     let curves: Vec<_> = spots.curves.iter().filter(|c| c.points.len() > 1).collect();
@@ -223,7 +226,7 @@ fn measures_are_drawn_against_a_key_with_a_curve_for_every_other_value() {
     assert_eq!(spots.failed, [(1, 50.0); 3]);
     // In the picture: three crosses, of the colour of their curve.
     let mut one = figure(&plan, &members, 0);
-    one.panels.retain(|p| p.title == "spots");
+    one.panels.retain(|p| p.title == REGIONS);
     one.columns = 1;
     let svg = one.svg().unwrap();
     assert_eq!(svg.matches("<polygon").count(), 3, "{svg}");
@@ -238,7 +241,7 @@ fn keys_without_numbers_have_places_of_their_own() {
     let plan = plan(&["time.policy=quasi-static,simultaneous"]);
     let members = [complete(&plan, 0, 1, 0.0), complete(&plan, 1, 4, 1.0)];
     let drawn = figure(&plan, &members, 0);
-    let spots = drawn.panels.iter().find(|p| p.title == "spots").unwrap();
+    let spots = drawn.panels.iter().find(|p| p.title == REGIONS).unwrap();
     assert_eq!(spots.curves[0].points, [(1.0, 1.0), (2.0, 4.0)]);
     assert!(spots.across.contains("1 quasi-static, 2 simultaneous"), "{}", spots.across);
     assert_eq!(drawn.names, ["all members"]);

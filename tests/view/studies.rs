@@ -75,6 +75,63 @@ fn legacy_frames_are_shown() {
     assert!(page.sheet()["rest"].is_number());
 }
 
+/// What is not finite is an empty cell of the ledger, which the viewer and the tables of sweeps read.
+#[test]
+fn a_gap_with_nothing_near_is_an_empty_cell() {
+    let folder = folder(&(scene() + "\n[[effect]]\nkind = \"contact\"\n"));
+    let folder = folder.path();
+    let over = "material.thickness=0.5,1";
+    done(folder, &["sweep", "scene.toml", "--out", "out", "--over", over, "--quiet"]);
+    let member = folder.join("out/members/thickness=1");
+    let ledger = fs::read_to_string(member.join("ledger.csv")).unwrap();
+    let (header, rows) = ledger.split_once('\n').unwrap();
+    let gap = header.split(',').position(|title| title == "gap of contact [length]").unwrap();
+    assert!(rows.lines().all(|row| row.split(',').nth(gap) == Some("")), "{ledger}");
+    assert!(!rows.contains("inf") && !rows.contains("nan"), "{ledger}");
+    let table = fs::read_to_string(folder.join("out/sweep.csv")).unwrap();
+    let total = table.lines().next().unwrap().split(',').position(|title| title == "total c");
+    let total = table.lines().nth(2).unwrap().split(',').nth(total.unwrap()).unwrap();
+    assert!(total.parse::<f64>().unwrap() > 0.0, "{table}");
+    done(folder, &["view", member.to_str().unwrap(), "-o", "page.html"]);
+    let page = Read::new(&folder.join("page.html"));
+    let ledger = &page.about["members"][0]["ledger"];
+    let rows = usize::try_from(ledger["rows"].as_u64().unwrap()).unwrap();
+    let block = page.block(&ledger["block"]);
+    let gaps = block.as_chunks::<4>().0[gap * rows..][..rows].iter();
+    assert!(gaps.map(|b| f32::from_le_bytes(*b)).all(f32::is_nan));
+}
+
+/// How a start comes to rest is no warning; a saddle that it stays at is one, and so is every event of a step.
+#[test]
+fn events_of_a_start_at_rest_are_no_warning() {
+    let folder = folder(&scene());
+    let folder = folder.path();
+    done(folder, &["run", "scene.toml", "--out", "out", "--quiet"]);
+    let (snap, saddle) = ("0,0,snap,,,0.3,,1,0,0,0", "0,0,saddle at the start,-1,1,,m.vtu,,,,");
+    let left = "0,0,left along the mode,1,0,,n.vtu,,,,";
+    let stuck = "0,0,not left along the mode,-1,1,,n.vtu,,,,";
+    let later = "0.1,3,snap,,,0.3,,1,0,0,0";
+    let cases: [(&[&str], usize); 7] = [
+        (&[], 0),
+        (&[snap], 0),
+        (&[saddle, left], 0),
+        (&[saddle], 1),
+        (&[saddle, stuck], 1),
+        (&[snap, later], 1),
+        (&[saddle, left, later, later], 2),
+    ];
+    for (rows, count) in cases {
+        let list = format!("time,step,kind\n{}\n", rows.join("\n"));
+        fs::write(folder.join("out/events.csv"), list).unwrap();
+        done(folder, &["view", "out", "-o", "page.html", "--force"]);
+        let page = Read::new(&folder.join("page.html"));
+        let warnings = page.about["members"][0]["warnings"].as_array().unwrap();
+        let expected = format!("events, as snaps and losses of stability: {count}, listed below");
+        assert_eq!(warnings.iter().any(|text| *text == expected), count > 0, "{rows:?}");
+        assert_eq!(warnings.len(), usize::from(count > 0), "{rows:?}: {warnings:?}");
+    }
+}
+
 /// A resumed run has the viewer of all of it.
 #[test]
 fn a_resumed_run_ends_with_a_new_viewer() {

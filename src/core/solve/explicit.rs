@@ -13,9 +13,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::monolithic::{Monolithic, controlled};
+use super::monolithic::Monolithic;
 use super::{
-    Integrator, IntegratorSpec, Result, SolveError, StepReport, StepRule, Workspace, counters,
+    Integrator, IntegratorSpec, Result, SolveError, StepReport, Workspace, counters,
     end_of_fixed_step, fixed_step, scaled,
 };
 use crate::model::{Coupled, Part, State, Storage};
@@ -92,11 +92,8 @@ impl IntegratorSpec for ExplicitSpec {
         Box::new(Self { rtol, atol, step, ..self.clone() })
     }
 
-    fn rule(&self) -> StepRule {
-        match self.method {
-            ExplicitMethod::Euler => StepRule::Fixed(self.step.map_or(DEFAULT_STEP, Positive::get)),
-            ExplicitMethod::Tsit45 => controlled(OdeMethod::Tsit45, self.rtol),
-        }
+    fn rtol(&self) -> Option<f64> {
+        (self.method != ExplicitMethod::Euler).then(|| self.rtol.get())
     }
 
     fn explicit_step(&self) -> Option<f64> {

@@ -102,13 +102,8 @@ pub trait IntegratorSpec: std::fmt::Debug + Send + Sync {
     /// steps of `tolerance` times the span `until`.
     fn at_tolerance(&self, tolerance: Positive, until: Positive) -> Box<dyn IntegratorSpec>;
 
-    /// What the lengths of its steps follow from.
-    fn rule(&self) -> StepRule;
-
-    /// Whether its steps are fixed.
-    fn has_fixed_steps(&self) -> bool {
-        matches!(self.rule(), StepRule::Fixed(_))
-    }
+    /// The relative tolerance that controls its step sizes; none where steps are fixed.
+    fn rtol(&self) -> Option<f64>;
 
     /// The fixed step by which the rates of the chemistry are followed without any check of their change, if
     /// that is how it is done.
@@ -121,26 +116,6 @@ pub trait IntegratorSpec: std::fmt::Debug + Send + Sync {
     /// # Errors
     /// [`SolveError::Pairing`] if it makes no sense with that policy.
     fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>, SolveError>;
-}
-
-/// What the lengths of steps follow from, to forecast their number. Steps end at output
-/// times whatever the rule.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum StepRule {
-    /// All have this length.
-    Fixed(f64),
-    /// An error estimate, which grows with this power of the length, is kept below a tolerance: lengths go
-    /// with rtol^(1/power).
-    Controlled {
-        /// The relative tolerance.
-        rtol: f64,
-        /// The power.
-        power: f64,
-        /// The longest step.
-        longest: f64,
-        /// A step is at most so many times as long as the one before.
-        growth: f64,
-    },
 }
 
 /// A way to find mechanical equilibrium as a scene names it.
@@ -287,8 +262,6 @@ pub struct StepReport {
     pub length: f64,
     /// Error estimate in units of the tolerance (0 for fixed steps).
     pub error: f64,
-    /// The length that this estimate allows, whatever else limits steps; none where it is not known.
-    pub allowed: Option<f64>,
     /// Rejected step attempts, by their causes; integrators leave it to the caller of the step.
     pub rejected: Causes,
     /// Values of laws and effects in the step that were not finite numbers; likewise.

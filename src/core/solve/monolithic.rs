@@ -15,10 +15,9 @@ use std::sync::Arc;
 
 use super::chemistry::{Leap, SteadyChemistry};
 use super::diagnosis::{Diagnosis, Reason};
-use super::{Control, Integrator, Result, SolveError, StepReport, StepRule, Workspace, counters};
+use super::{Control, Integrator, Result, SolveError, StepReport, Workspace, counters};
 use crate::linear::{LinearChoice, Sparse};
 use crate::model::{Coupled, Layout, Model, ModelError, Part, Positions, State, TimeCourse};
-use crate::num::checked::Positive;
 use crate::ode::{Failure, Integration, OdeMethod, OdeProblem, Options, Rejected};
 use crate::tally::Meter;
 
@@ -26,12 +25,6 @@ use crate::tally::Meter;
 /// remembers cannot be stored. A new start of BDF costs some seven steps, seven factorisations and the analysis of
 /// the matrix, a hundredth of what so many steps cost; of the other methods less (docs/notebook/performance.md).
 const RENEWED_AFTER: u64 = 3000;
-
-/// Steps of a method of diffsol: how long the next one may be is not told.
-pub(super) fn controlled(method: OdeMethod, rtol: Positive) -> StepRule {
-    let (longest, growth) = (f64::INFINITY, f64::INFINITY);
-    StepRule::Controlled { rtol: rtol.get(), power: method.error_power(), longest, growth }
-}
 
 /// The coupled system as an integrator sees it: rows with storage divided by their mass.
 struct Problem {

@@ -70,8 +70,6 @@ use crate::record::{Malformed, Record};
 
 /// Growth of the step is limited to this factor, shrinking to its inverse squared.
 const MAX_STEP_GROWTH: f64 = 2.0;
-/// The error estimate grows with this power of the step.
-const ERROR_POWER: f64 = 2.0;
 /// Steps are proposed a little shorter than the estimate allows.
 const SAFETY: f64 = 0.9;
 /// An error above this shortens a step as much as any: stages that have gone so far are given up.
@@ -358,7 +356,6 @@ impl Staggered {
                     *state = next;
                     report.length = step;
                     report.error = error;
-                    report.allowed = Some(step * SAFETY / error.sqrt());
                     self.propose(step, proposed, error, first);
                     return Ok(report);
                 }

@@ -61,18 +61,6 @@ impl OdeMethod {
         }
     }
 
-    /// The power of the step with which its error estimate grows; BDF: of order 5, which it comes to where
-    /// tolerances are tight.
-    #[must_use]
-    pub fn error_power(self) -> f64 {
-        match self {
-            Self::Bdf => 6.0,
-            Self::Tsit45 => 5.0,
-            Self::TrBdf2 => 3.0,
-            Self::Esdirk34 => 4.0,
-        }
-    }
-
     /// Whether it solves linear systems.
     #[must_use]
     pub(crate) fn is_implicit(self) -> bool {

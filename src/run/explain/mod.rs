@@ -6,15 +6,11 @@
 mod absent;
 mod effects;
 mod memory;
-mod run_time;
 mod solvers;
-
-use std::time::Duration;
 
 use serde::Serialize;
 
 use super::{Result, Simulation};
-use crate::output::Predicted;
 use crate::scene::Scene;
 
 /// What a scene calls for.
@@ -24,9 +20,6 @@ pub struct Explanation {
     pub scene: String,
     /// Its parts, by subject.
     pub sections: Vec<Section>,
-    /// How long a run takes, if that was asked and is known.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub predicted: Option<Predicted>,
 }
 
 /// The lines on one subject.
@@ -104,17 +97,7 @@ impl Explanation {
             Section { title: "not in this scene", lines: absent::lines(scene, simulation) },
             Section { title: "memory", lines: memory },
         ];
-        Ok(Self { scene: scene.name().to_owned(), sections, predicted: None })
-    }
-}
-
-impl Explanation {
-    /// Adds how long a run takes, from its first steps, on which `budget` is spent at most; they move
-    /// the simulation.
-    pub fn predict(&mut self, scene: &Scene, simulation: &mut Simulation, budget: Duration) {
-        let (line, predicted) = run_time::line(scene, simulation, budget);
-        self.predicted = predicted;
-        self.sections.push(Section { title: "run time", lines: vec![line] });
+        Ok(Self { scene: scene.name().to_owned(), sections })
     }
 }
 

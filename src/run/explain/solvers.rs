@@ -6,7 +6,6 @@ use crate::model::{Policy, Start};
 use crate::num::real;
 use crate::run::Simulation;
 use crate::scene::Scene;
-use crate::solve::StepRule;
 
 pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
     let model = simulation.model();
@@ -68,16 +67,12 @@ fn stabilisation(scene: &Scene) -> Option<Line> {
         return None;
     }
     let given = time.span.stabilisation.map(f64::from);
-    let share = match (given, integrator.rule()) {
-        (Some(share), _) => format!("at most {share} of the energy supplied in a step"),
-        (None, StepRule::Controlled { rtol, .. }) => {
-            format!("at most {rtol} of the energy supplied in a step")
-        }
-        (None, StepRule::Fixed(_)) => "at most rtol of the energy supplied in a step".to_owned(),
-    };
+    let share = given.or(integrator.rtol()).map_or("rtol".to_owned(), |share| share.to_string());
     let text = match given {
         Some(0.0) => "  stabilisation: none, one relaxation a step".to_owned(),
-        _ => format!("  stabilisation: a drag that takes up {share}"),
+        _ => format!(
+            "  stabilisation: a drag that takes up at most {share} of the energy supplied in a step"
+        ),
     };
     let why = if given.is_some() { "" } else { "the relative tolerance" };
     Some(Line::new(text, why.to_owned()).at(scene, "time.stabilisation"))

@@ -10,7 +10,7 @@ const NOISE_FLOOR_RATIO: f64 = 10.0;
 /// Runs with a larger relative error in any field are not recommended, however accurate they are in another.
 const LARGEST_SOUND_ERROR: f64 = 1.0;
 
-/// Quantity of the advice: the one that was asked for; without that a field, or the number of spots where references
+/// Quantity of the advice: the one that was asked for; without that a field, or the number of regions where references
 /// diverge.
 pub(super) fn subject(study: &Study, case: &Case) -> Quantity {
     let known = |quantity: &Quantity| case.points.iter().any(|p| p.error(*quantity).is_some());

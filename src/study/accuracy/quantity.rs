@@ -69,7 +69,7 @@ impl Quantity {
             Self::Shape => "shape",
             Self::Energy => "energy",
             Self::Amplitude => "amplitude",
-            Self::Spots => "number of spots",
+            Self::Spots => "number of regions above the level",
             Self::Separation => "separation",
             Self::Buckling => "time of buckling",
         }

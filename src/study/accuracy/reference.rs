@@ -165,7 +165,8 @@ pub(super) fn unstable_from(directory: &Path) -> Option<f64> {
     for line in events.lines().skip(1) {
         let mut columns = line.split(',');
         let time = columns.next()?.parse::<f64>().ok();
-        let negative: usize = columns.nth(3)?.parse().ok()?;
+        // A snap has none.
+        let Ok(negative) = columns.nth(3)?.parse::<usize>() else { continue };
         since = if negative > 0 { since.or(time) } else { None };
     }
     since

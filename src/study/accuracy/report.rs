@@ -120,7 +120,7 @@ fn known(case: &Case) -> Vec<String> {
             items.push(format!(
                 "The references part at t = {}: from there on they are on different branches, distances of \
                  fields mean nothing, and errors of species and shape are the largest before. Number of \
-                 spots, energy, amplitude and separation are compared at the end.",
+                 regions, energy, amplitude and separation are compared at the end.",
                 label(from)
             ));
         }

@@ -2,7 +2,7 @@
 //!
 //! Every member is a run in this process, with frames and ledger. At the output times all have in common they
 //! are measured: before shapes diverge at a bifurcation by the distance of their fields, after it by what
-//! does not depend on which of equal branches was taken (energy, number of spots, separation, amplitude).
+//! does not depend on which of equal branches was taken (energy, number of regions, separation, amplitude).
 
 mod begin;
 mod pictures;

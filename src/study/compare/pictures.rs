@@ -57,7 +57,7 @@ pub fn figure(members: &[Member]) -> Figure {
     if space {
         panel("elastic energy [energy]", "time", flat, measured(|m| m.energy));
         panel("largest displacement [length]", "time", flat, measured(|m| m.amplitude));
-        panel("number of spots", "time", flat, measured(|m| real(m.spots)));
+        panel("connected regions above the level", "time", flat, measured(|m| real(m.spots)));
     } else {
         let species = reference.species.first().map_or("species", String::as_str);
         let value = |c: &Vec<f64>| c.first().copied().unwrap_or(f64::NAN);

@@ -11,7 +11,7 @@ use crate::study::gather::{DIVERGED, Distance};
 
 /// The two lines of the head, cells between bars.
 const HEAD: [&str; 2] = [
-    "|distance||parts at|energy|amplitude|spots|nearest|s|steps|iterations|newton|evaluations|factorisations",
+    "|distance||parts at|energy|amplitude|regions|nearest|s|steps|iterations|newton|evaluations|factorisations",
     "|shape|species|||||||||iterations||",
 ];
 
@@ -69,7 +69,7 @@ pub(crate) fn table(members: &[Member]) -> String {
         let _ = writeln!(
             notes,
             "distances are the largest before two runs diverge, that is differ by more than {DIVERGED} of \
-             their size; after that compare energy, amplitude, spots and distances of nearest centres"
+             their size; after that compare energy, amplitude, regions and distances of nearest centres"
         );
     }
     aligned(&rows) + &notes

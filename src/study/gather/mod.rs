@@ -15,6 +15,7 @@ pub use self::statistics::Statistics;
 use super::plan::Plan;
 use super::run::Timing;
 use crate::num::real;
+use crate::output::ledger::value;
 use crate::output::{Ledger, ResultDirectory, RunStatus, SelfIntersection, Standing};
 use crate::run::Result;
 use crate::run::run::Ending;
@@ -226,7 +227,7 @@ fn read_measures(directory: &Path) -> Vec<Measures> {
 fn read_rows(path: &Path) -> Vec<Vec<f64>> {
     let text = fs::read_to_string(path).unwrap_or_default();
     let rows = text.split_inclusive('\n').skip(1).filter(|row| row.ends_with('\n'));
-    let numbers = |row: &str| row.trim_end().split(',').filter_map(|n| n.parse().ok()).collect();
+    let numbers = |row: &str| row.trim_end().split(',').filter_map(value).collect();
     rows.map(numbers).collect()
 }
 

@@ -5,7 +5,7 @@ use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use crate::output::ResultDirectory;
-use crate::output::ledger::titles;
+use crate::output::ledger::{titles, value};
 use crate::run::ledger_row::is_species_total;
 
 /// Bytes at the end of a ledger that are searched: thousands of rows.
@@ -27,8 +27,7 @@ fn titled_row(path: &Path, time: f64) -> Option<Vec<(String, f64)>> {
     let mut tail = Vec::new();
     file.read_to_end(&mut tail).ok()?;
     let (tail, titles) = (String::from_utf8_lossy(&tail), titles(header.trim_end()));
-    let numbers =
-        |row: &str| -> Option<Vec<f64>> { row.split(',').map(|n| n.parse().ok()).collect() };
+    let numbers = |row: &str| -> Option<Vec<f64>> { row.split(',').map(value).collect() };
     // After the last line end is nothing, or a row under construction; the first row may lack its beginning.
     let mut rows = tail.rsplit('\n').skip(1).filter_map(numbers);
     let row = rows.find(|row| row.len() == titles.len() && row.get(1) == Some(&time))?;

@@ -39,7 +39,7 @@ impl IntegratorChoice {
             });
         let name = integrator.name() + &settings(&table, &["rtol", "atol", "step"]);
         let name = name + &ratio.unwrap_or_default();
-        Ok(Self { name, fixed_steps: integrator.has_fixed_steps(), table, option })
+        Ok(Self { name, fixed_steps: integrator.rtol().is_none(), table, option })
     }
 
     /// Returns the method of its steps, without the solvers of their stages.

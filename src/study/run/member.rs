@@ -29,7 +29,7 @@ pub fn member(root: &Path, number: usize, law: Option<HostLaw>, leash: bool) -> 
             interrupt.pass_on(said.parse().ok());
         });
     }
-    let mut progress = Progress::new(Mode::Lines, 0.0, plan.until(number)?);
+    let mut progress = Progress::new(Mode::Lines, plan.until(number)?);
     let done = super::run(
         &plan,
         root,

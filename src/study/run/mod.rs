@@ -171,7 +171,7 @@ fn continued(
         return None;
     }
     let directory = ResultDirectory::reopen(path).ok()?;
-    let resumed = resume(&directory, None, search).ok()?;
+    let resumed = resume(&directory, &[], search).ok()?;
     // Its measures are known by the times of frames; a point has none.
     if resumed.checkpoint.frame_times().is_empty() {
         return None;

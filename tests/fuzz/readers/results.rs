@@ -128,7 +128,7 @@ fn run_made() -> ResultDirectory {
         let mut simulation = Simulation::new(&scene, &PluginSearch::in_directories(Vec::new()))?;
         let directory = ResultDirectory::prepare(&room().join("whole"), true)?;
         fs::write(directory.resolved(), scene.resolved()?).unwrap_or_default();
-        let mut progress = Progress::new(Mode::Silent, 0.0, 1.0);
+        let mut progress = Progress::new(Mode::Silent, 1.0);
         run::run::run(&scene, &mut simulation, &directory, &mut progress, Interrupt::install()?)?;
         Costs::of(&scene, &simulation).write(&directory)?;
         Ok(directory)
@@ -150,7 +150,9 @@ thread_local! {
 fn checkpoint(bytes: &[u8]) -> bool {
     RUN.with(|(directory, path)| {
         write(path.clone(), bytes);
-        match run::resume::resume(directory, Some(1.0), &PluginSearch::in_directories(Vec::new())) {
+        let (until, search) =
+            (["time.until=1".to_owned()], PluginSearch::in_directories(Vec::new()));
+        match run::resume::resume(directory, &until, &search) {
             Ok(resumed) => resumed.checkpoint.time() <= 1.0,
             Err(error) => error.to_string().is_empty(),
         }

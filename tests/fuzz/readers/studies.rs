@@ -156,7 +156,7 @@ fn members(mut plan: Plan, folder: &Path) -> run::Result<()> {
     fs::create_dir_all(folder.join(Plan::MEMBERS)).unwrap_or_default();
     plan.write(folder)?;
     for number in 0..plan.members.len() {
-        let mut progress = Progress::new(Mode::Silent, 0.0, 1.0);
+        let mut progress = Progress::new(Mode::Silent, 1.0);
         let record = |_: &_, _: &_, _: &_| Ok(());
         rumple::study::run::run(
             &plan,

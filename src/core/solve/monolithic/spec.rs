@@ -2,12 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Monolithic, controlled};
+use super::Monolithic;
 use crate::linear::LinearChoice;
 use crate::model::{Part, Storage};
 use crate::num::checked::Positive;
 use crate::ode::OdeMethod;
-use crate::solve::{Integrator, IntegratorSpec, Result, StepRule, scaled};
+use crate::solve::{Integrator, IntegratorSpec, Result, scaled};
 
 /// Parameters of the monolithic integrator in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -101,16 +101,8 @@ impl IntegratorSpec for MonolithicSpec {
         Box::new(Self { rtol, atol, ..self.clone() })
     }
 
-    fn rule(&self) -> StepRule {
-        let local_share = step_tolerance_share(self.method, self.rtol.get());
-        let rule = controlled(self.method.into(), self.rtol);
-        match rule {
-            // Their lengths follow from the local tolerance, which falls faster.
-            StepRule::Controlled { rtol, power, longest, growth } if local_share < 1.0 => {
-                StepRule::Controlled { rtol, power: power - 1.0, longest, growth }
-            }
-            _ => rule,
-        }
+    fn rtol(&self) -> Option<f64> {
+        Some(self.rtol.get())
     }
 
     fn build(&self, _: Storage) -> Result<Box<dyn Integrator>> {

@@ -2,13 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{DEFAULT_TOLERANCE, ERROR_POWER, FIRST_ERROR, MAX_STEP_GROWTH, Stabilised, Staggered};
+use super::{DEFAULT_TOLERANCE, FIRST_ERROR, Stabilised, Staggered};
 use crate::model::Storage;
 use crate::num::checked::Positive;
 use crate::solve::chemistry::{ChemistryMethod, ChemistrySteps, SteadyChemistry};
 use crate::solve::incremental_potential::{Motion, MotionMethod};
 use crate::solve::internal_variables::InternalSteps;
-use crate::solve::{Integrator, IntegratorSpec, Result, SolveError, StepRule, fixed_step, scaled};
+use crate::solve::{Integrator, IntegratorSpec, Result, SolveError, fixed_step, scaled};
 
 /// Parameters of the staggered integrator in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -129,16 +129,8 @@ impl IntegratorSpec for StaggeredSpec {
         Box::new(Self { rtol, atol, step, ..self.clone() })
     }
 
-    fn rule(&self) -> StepRule {
-        match self.method {
-            Method::Euler => StepRule::Fixed(self.step.map_or(DEFAULT_STEP, Positive::get)),
-            Method::Heun => StepRule::Controlled {
-                rtol: self.rtol.get(),
-                power: ERROR_POWER,
-                longest: self.longest_step.map_or(f64::INFINITY, Positive::get),
-                growth: MAX_STEP_GROWTH,
-            },
-        }
+    fn rtol(&self) -> Option<f64> {
+        (self.method != Method::Euler).then(|| self.rtol.get())
     }
 
     fn explicit_step(&self) -> Option<f64> {
