@@ -13,7 +13,7 @@ use crate::model::{Chemistry, Drag, Mechanics, Model, Potential, State};
 use crate::num::Short;
 use crate::scene::{Scene, SheetSource};
 use crate::sheet::Sheet;
-use crate::solve::diagnosis;
+use crate::solve::{Workspace, diagnosis};
 
 /// Loads this many times the tolerance move a sheet before it counts as at rest.
 const FELT_LOAD_RATIO: f64 = 1e3;
@@ -177,6 +177,19 @@ pub(super) fn on_diffusion(model: &Model, start: &State, notes: &mut Vec<String>
 }
 
 /// Inspects what pins leave free.
+/// Inspects whether equilibria of a quasi-static shape can be told from saddles.
+pub(super) fn on_stability(scene: &Scene, workspace: &Workspace, notes: &mut Vec<String>) {
+    let model = &workspace.model;
+    let rests = scene.time.policy.storage().mechanics == 0.0 && model.moves();
+    if rests && !model.mechanics().is_planar() && !workspace.judges_stability() {
+        notes.push(
+            "the stability of equilibria is not judged on sheets of this size, or over ranks: the shape stays at a saddle \
+             that it reaches; sheet.imperfection breaks symmetries"
+                .into(),
+        );
+    }
+}
+
 fn on_pins(mechanics: &Mechanics, notes: &mut Vec<String>) {
     // On a planar sheet z is not a degree of freedom.
     let axes = if mechanics.is_planar() { 2 } else { 3 };

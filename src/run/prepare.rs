@@ -189,6 +189,7 @@ fn start(scene: &Scene, simulation: &mut Simulation) -> Result<()> {
     simulation.notes.extend(simulation.stepper.find_breakpoints());
     let Stepper { workspace, state, .. } = &simulation.stepper;
     lints::on_diffusion(&workspace.model, state, &mut simulation.notes);
+    lints::on_stability(scene, workspace, &mut simulation.notes);
     Ok(())
 }
 

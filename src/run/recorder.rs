@@ -309,6 +309,9 @@ impl<'a> Recorder<'a> {
 
     /// The summary of a run that has ended.
     pub(super) fn finish(mut self, simulation: &Simulation, ending: Ending) -> Summary {
+        if let Some(text) = self.warnings.at_end().filter(|_| ending != Ending::Interrupted) {
+            self.session.progress.message(text);
+        }
         self.summary.ending = ending;
         self.summary.frames = self.outputs.frame_count();
         self.summary.invariants =

@@ -19,6 +19,8 @@ pub(super) struct Warnings {
     rejected: usize,
     /// Whether the share of the work of the drag was reported.
     dragged: bool,
+    /// Whether the last step left a quasi-static shape under way.
+    moving: bool,
 }
 
 impl Warnings {
@@ -33,6 +35,7 @@ impl Warnings {
         let mut new = self.faults.unreported(simulation);
         simulation.faults.extend_from_slice(&new);
         new.extend(self.shrinking.after(report, simulation.stepper.state.time, cut));
+        self.moving = report.relaxation.moving;
         let share = report.relaxation.drag_share;
         if share > LARGE_DRAG_SHARE && !std::mem::replace(&mut self.dragged, true) {
             new.push(format!(
@@ -49,6 +52,14 @@ impl Warnings {
             }
         }
         new
+    }
+
+    /// A warning where the run ends.
+    pub(super) fn at_end(&self) -> Option<&'static str> {
+        self.moving.then_some(
+            "the run ends in the middle of a snap: its last shape is not at rest, and moves under the stabilising drag; \
+             continue it to a later time",
+        )
     }
 }
 

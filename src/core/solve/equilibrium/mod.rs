@@ -132,6 +132,8 @@ pub struct Relaxation {
     pub released: f64,
     /// The vertex that moved most in the last of them.
     pub snapped: Option<usize>,
+    /// Whether a quasi-static shape is under way, rather than at rest.
+    pub moving: bool,
     /// Pairs of a start that were moved apart before, and by how much at most.
     pub separated: (usize, f64),
 }
