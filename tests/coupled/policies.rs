@@ -238,7 +238,7 @@ fn errors_of_a_step_are_relative_to_the_pattern() {
         state
     };
     let b = at(3.0);
-    near(model.shape_misfit(&b, (&at(3.06), &b), (0.01, 0.0)), 2.0);
+    near(model.shape_misfit(&b.x, (&at(3.06).x, &b.x), (0.01, 0.0)), 2.0);
 }
 
 /// Species on faces set lengths by weights of the current shape: the start is in equilibrium at the lengths of its own
