@@ -14,6 +14,7 @@ mod inspect;
 mod invariants;
 mod notes;
 mod old_format;
+mod outputs;
 mod over_ranks;
 mod paraview;
 pub mod program;
