@@ -3,6 +3,7 @@
 mod bits;
 mod breakpoints;
 mod coupling;
+mod courses;
 mod diagnosed;
 mod ends;
 mod explain;
