@@ -50,7 +50,7 @@ impl Stepper {
         self.workspace.at(&self.state)
     }
 
-    /// Finds the times at which laws that read the time jump or bend, with the species of the state; says what is not
+    /// Finds the times at which laws that read the time jump or bend, and their course between these, with the species of the state; says what is not
     /// certain about them. Later calls do nothing.
     pub fn find_breakpoints(&mut self) -> Option<String> {
         let Self { workspace, state, breakpoints, .. } = self;
@@ -175,6 +175,8 @@ impl Stepper {
             (self.workspace.rejections().causes(), self.model().not_finite());
         self.workspace.begin_step();
         let window = self.breakpoints.window(time, until);
+        let model = Arc::clone(self.model());
+        let window = self.breakpoints.limit(window, model.sheet().reduction());
         self.state.time = window.start;
         let report = advance(self, window.end).inspect_err(|_| {
             self.state.time = time;

@@ -1,12 +1,62 @@
-//! Breakpoints: times at which an integrator ends a step, so that none passes over a kink, a jump or a pulse.
+//! Functions of the time: the breakpoints at which integrators end steps, so that none passes over a kink or a jump, and how
+//! long steps between them may be, so that none passes over a pulse.
 //!
+//! Of formulas both are known with certainty ([`formula`](crate::formula)).
 //! What is known by its values alone is sampled at [`SAMPLES`] intervals. The samples are simplified to a polygon
 //! (Ramer, Comput. Graph. Image Process. 1 (1972) 244, doi:10.1016/S0146-664X(72)80017-0) that is nowhere further off than
 //! a share `TOLERANCE` of the range of the values. Its corners are breakpoints where the pace changes at once: where a
 //! segment is `PACE_RATIO` times as long as the next one, in which a step that has grown with the longer one would pass over
-//! what follows. A jump between two samples is located by bisection.
+//! what follows. A jump between two samples is located by bisection. No step passes over two corners.
 
 use rumple_numerics::num::real;
+
+use crate::formula::FormulaCourse;
+
+/// Where functions of the time have kinks and jumps, and their course between them.
+#[derive(Debug, Clone, Default)]
+pub struct TimeDependence {
+    /// Times of kinks, jumps and onsets of pulses, in any order.
+    pub breakpoints: Vec<f64>,
+    /// How long steps may be between them.
+    pub courses: Vec<Course>,
+}
+
+impl TimeDependence {
+    /// Adds the kinks and jumps of another function, and its course.
+    pub fn add(&mut self, other: Self) {
+        self.breakpoints.extend(other.breakpoints);
+        self.courses.extend(other.courses);
+    }
+}
+
+/// The course of a function of the time, which limits steps.
+#[derive(Debug, Clone)]
+pub struct Course(Known);
+
+#[derive(Debug, Clone)]
+enum Known {
+    Formula(FormulaCourse),
+    /// Corners of a polygon near its samples, ascending.
+    Corners(Vec<f64>),
+}
+
+impl Course {
+    pub(crate) fn formula(course: FormulaCourse) -> Self {
+        Self(Known::Formula(course))
+    }
+
+    /// The longest step from `time` that passes over no change that its ends do not show, at most `length`.
+    #[must_use]
+    pub fn longest_step(&self, time: f64, length: f64) -> f64 {
+        match &self.0 {
+            Known::Formula(course) => course.longest_step(time, length),
+            Known::Corners(corners) => {
+                let next = corners.partition_point(|corner| *corner <= time);
+                corners.get(next + 1).map_or(length, |corner| length.min(corner - time))
+            }
+        }
+    }
+}
 
 /// Intervals in which a span is sampled.
 pub const SAMPLES: usize = 2048;
@@ -25,12 +75,12 @@ const HALVINGS: [usize; 2] = [12, 60];
 /// Jumps that are located; a function with more is noise.
 const MAX_JUMPS: usize = 256;
 
-/// The breakpoints from 0 to `until` of functions of the time, of which `values` gives one column each at some times;
-/// `None` where it has none.
+/// The breakpoints from 0 to `until` of functions of the time and their course, where `values` gives one column of each at
+/// some times; `None` where they have none.
 pub fn sampled(
     until: f64,
     mut values: impl FnMut(&[f64]) -> Option<Vec<Vec<f64>>>,
-) -> Option<Vec<f64>> {
+) -> Option<TimeDependence> {
     let times: Vec<f64> = (0..=SAMPLES).map(|k| until * (real(k) / real(SAMPLES))).collect();
     let mut columns = values(&times)?;
     let mut scale = Vec::new();
@@ -49,7 +99,7 @@ pub fn sampled(
     };
     columns = scaled(columns);
     if columns.is_empty() {
-        return Some(Vec::new());
+        return Some(TimeDependence::default());
     }
     let mut at = |time: f64| -> Option<Vec<f64>> {
         let columns = scaled(values(&[time])?);
@@ -73,7 +123,8 @@ pub fn sampled(
         }
         nodes.push((times[high], false));
     }
-    Some(paced(&nodes, until))
+    let course = Course(Known::Corners(nodes.iter().map(|node| node.0).collect()));
+    Some(TimeDependence { breakpoints: paced(&nodes, until), courses: vec![course] })
 }
 
 /// Where pace changes at once, some corners after that, and jumps.
@@ -158,7 +209,7 @@ mod tests {
 
     fn of(until: f64, f: impl Fn(f64) -> f64) -> Vec<f64> {
         let values = |times: &[f64]| Some(vec![times.iter().map(|t| f(*t)).collect()]);
-        sampled(until, values).unwrap_or_default()
+        sampled(until, values).unwrap_or_default().breakpoints
     }
 
     #[test]
@@ -196,6 +247,6 @@ mod tests {
 
     #[test]
     fn what_has_no_values_has_no_breakpoints() {
-        assert_eq!(sampled(1.0, |_| None), None);
+        assert!(sampled(1.0, |_| None).is_none());
     }
 }

@@ -35,6 +35,7 @@ mod site;
 pub mod validation;
 
 pub use batch::{Batch, Column};
+use breakpoints::TimeDependence;
 pub use combined::{JointError, JointKinetics, Member};
 pub use descriptor::{
     Capabilities, Descriptor, Location, Observable, Parameter, SignalRead, Species,
@@ -96,8 +97,14 @@ pub trait Kinetics: Send + Sync + std::fmt::Debug {
     ) -> Outcome;
 
     /// Adds the times from 0 to `until` at which the rates have a kink or a jump in time, whatever the species, at
-    /// the points of `batch`; whether they are all. Provided: nothing is known of a law that reads the time.
-    fn breakpoints(&self, _batch: &Batch<'_>, _until: f64, _times: &mut Vec<f64>) -> bool {
+    /// the points of `batch`, and their course between these; whether it is all. Provided: nothing is known of a law
+    /// that reads the time.
+    fn time_dependence(
+        &self,
+        _batch: &Batch<'_>,
+        _until: f64,
+        _found: &mut TimeDependence,
+    ) -> bool {
         !self.descriptor().signals.iter().any(|read| read.signal == Signal::Time)
     }
 

@@ -89,7 +89,7 @@ fn kinks_of_the_formulas_are_breakpoints() {
         ("growth", "fibre = [1, 0, 0]\nshear = '0.1*max(t - 0.25, 0)'"),
     ] {
         let spec: Box<dyn EffectSpec> = read(kind, table);
-        let times = spec.breakpoints(&sheet, 1.0);
+        let times = spec.time_dependence(&sheet, 1.0).breakpoints;
         assert!(times.iter().any(|t| (t - 0.25).abs() < 1e-9), "{kind}: {times:?}");
     }
 }

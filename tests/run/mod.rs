@@ -3,6 +3,7 @@
 mod bits;
 mod breakpoints;
 mod coupling;
+mod courses;
 mod diagnosed;
 mod ends;
 mod explain;
@@ -13,6 +14,7 @@ mod inspect;
 mod invariants;
 mod notes;
 mod old_format;
+mod outputs;
 mod over_ranks;
 mod paraview;
 pub mod program;

@@ -43,6 +43,14 @@ impl<const N: usize> Dual<N> {
     }
 }
 
+/// A derivative times a factor of the chain rule: 0 where one of them is. The slope of √x at 0 is infinite for what x
+/// depends on, and 0 for all else.
+#[inline]
+fn scaled(derivative: f64, factor: f64) -> f64 {
+    // A choice, not a branch: signs of signals are unpredictable.
+    if derivative == 0.0 || factor == 0.0 { 0.0 } else { derivative * factor }
+}
+
 impl<const N: usize> Scalar for Dual<N> {
     #[inline]
     fn value(self) -> f64 {
@@ -51,9 +59,7 @@ impl<const N: usize> Scalar for Dual<N> {
 
     #[inline]
     fn chain(self, value: f64, slope: f64) -> Self {
-        // A choice, not a branch: signs of signals are unpredictable. The slope of √x at 0 is infinite for what x depends on,
-        // and 0 for all else.
-        self.unary(value, |d| if slope == 0.0 || d == 0.0 { 0.0 } else { slope * d })
+        self.unary(value, |d| scaled(d, slope))
     }
 }
 
@@ -97,7 +103,8 @@ impl<const N: usize> Mul for Dual<N> {
     #[inline]
     #[expect(clippy::suspicious_arithmetic_impl, reason = "the product rule is a sum")]
     fn mul(self, other: Self) -> Self {
-        self.binary(other, self.value * other.value, |a, b| a * other.value + self.value * b)
+        let value = self.value * other.value;
+        self.binary(other, value, |a, b| scaled(a, other.value) + scaled(b, self.value))
     }
 }
 
@@ -108,7 +115,7 @@ impl<const N: usize> Div for Dual<N> {
     fn div(self, other: Self) -> Self {
         let quotient = self.value / other.value;
         let reciprocal = 1.0 / other.value;
-        self.binary(other, quotient, |a, b| (a - quotient * b) * reciprocal)
+        self.binary(other, quotient, |a, b| scaled(a - scaled(b, quotient), reciprocal))
     }
 }
 

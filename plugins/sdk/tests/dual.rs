@@ -66,3 +66,27 @@ fn an_infinite_slope_is_that_of_what_the_root_depends_on() {
         assert_eq!(root.derivatives, [0.0, f64::INFINITY]);
     }
 }
+
+/// A function of an argument that does not change has the slope 0.
+#[test]
+fn derivatives_at_the_edges_of_domains() {
+    let functions = functions! {
+        "root": x => Scalar::sqrt(Scalar::positive_part(x));
+        "power": x => Scalar::powf(Scalar::positive_part(x), 0.5);
+        "reciprocal": x => Scalar::exp(-(<_ as From<f64>>::from(1.0) / Scalar::positive_part(x)));
+        "saturation": x => <_ as From<f64>>::from(1.0) / (<_ as From<f64>>::from(1.0) / Scalar::positive_part(x) + 1.0);
+        "times itself": x => Scalar::positive_part(x) * Scalar::sqrt(Scalar::positive_part(x));
+        "quotient": x => Scalar::positive_part(x) / (Scalar::sqrt(Scalar::positive_part(x)) + 1.0);
+    };
+    for (name, value, dual) in functions {
+        for x in [-1.0, -1e-300, 0.0, 0.3] {
+            let (h, result) = (1e-7, dual(Dual::variable(x, 0)));
+            let left = (value(x) - value(x - h)) / h;
+            let right = (value(x + h) - value(x)) / h;
+            assert!(!result.derivatives[0].is_nan(), "{name} at {x}");
+            if (left - right).abs() < 1e-5 {
+                assert!((result.derivatives[0] - left).abs() < 1e-5, "{name} at {x}: {result:?}");
+            }
+        }
+    }
+}

@@ -43,6 +43,7 @@ use super::{
 };
 use crate::Vec3;
 use crate::geometry::Conditions;
+use crate::kinetics::breakpoints::TimeDependence;
 use crate::linear::Block;
 use crate::sheet::Sheet;
 
@@ -62,12 +63,10 @@ pub struct ActiveTension {
 
 #[typetag::serialize(name = "active-tension")]
 impl EffectSpec for ActiveTension {
-    fn breakpoints(&self, sheet: &Sheet, until: f64) -> Vec<f64> {
-        let mut times = timed_field::breakpoints([&self.value], sheet, until);
-        times.extend(
-            RampFactor::new(self.ramp.as_ref()).iter().flat_map(|ramp| ramp.breakpoints(until)),
-        );
-        times
+    fn time_dependence(&self, sheet: &Sheet, until: f64) -> TimeDependence {
+        let mut found = timed_field::time_dependence([&self.value], sheet, until);
+        found.add(RampFactor::time_dependence_of(self.ramp.as_ref(), until));
+        found
     }
 
     fn files(&self) -> Vec<(&'static str, &Path)> {

@@ -37,6 +37,7 @@ use super::field::named;
 use super::timed_field::{self, TimedField};
 use super::{Effect, EffectContext, EffectError, EffectSpec, Fibre, Field, Region};
 use crate::kinetics::Location;
+use crate::kinetics::breakpoints::TimeDependence;
 use crate::parallel;
 use crate::sheet::Sheet;
 
@@ -117,9 +118,9 @@ fn everywhere() -> Region {
 
 #[typetag::serialize(name = "growth")]
 impl EffectSpec for Growth {
-    fn breakpoints(&self, sheet: &Sheet, until: f64) -> Vec<f64> {
+    fn time_dependence(&self, sheet: &Sheet, until: f64) -> TimeDependence {
         let fields = [&self.factor, &self.along, &self.across, &self.shear].into_iter().flatten();
-        timed_field::breakpoints(fields, sheet, until)
+        timed_field::time_dependence(fields, sheet, until)
     }
 
     fn files(&self) -> Vec<(&'static str, &Path)> {

@@ -35,6 +35,7 @@ use super::{
 use crate::Vec3;
 use crate::geometry::{Conditions, Shape};
 use crate::kinetics::Location;
+use crate::kinetics::breakpoints::TimeDependence;
 use crate::linear::BlockMatrix;
 use crate::num::checked::Finite;
 use crate::parallel;
@@ -83,12 +84,10 @@ impl EffectSpec for Load {
         Needs { out_of_plane: along_z.then_some("force"), ..Needs::default() }
     }
 
-    fn breakpoints(&self, sheet: &Sheet, until: f64) -> Vec<f64> {
-        let mut times = timed_field::breakpoints(self.force.fields(), sheet, until);
-        times.extend(
-            RampFactor::new(self.ramp.as_ref()).iter().flat_map(|ramp| ramp.breakpoints(until)),
-        );
-        times
+    fn time_dependence(&self, sheet: &Sheet, until: f64) -> TimeDependence {
+        let mut found = timed_field::time_dependence(self.force.fields(), sheet, until);
+        found.add(RampFactor::time_dependence_of(self.ramp.as_ref(), until));
+        found
     }
 
     fn files(&self) -> Vec<(&'static str, &Path)> {

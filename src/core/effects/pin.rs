@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::ramp::RampFactor;
 use super::{Effect, EffectContext, EffectError, EffectSpec, Needs, Ramp, Region};
 use crate::Vec3;
+use crate::kinetics::breakpoints::TimeDependence;
 use crate::num::checked::Finite;
 use crate::sheet::Sheet;
 
@@ -108,9 +109,8 @@ impl EffectSpec for Pin {
         Needs { out_of_plane: self.axes.0[2].then_some("axes"), ..Needs::default() }
     }
 
-    fn breakpoints(&self, _: &Sheet, until: f64) -> Vec<f64> {
-        RampFactor::new(self.ramp.as_ref())
-            .map_or_else(|_| Vec::new(), |ramp| ramp.breakpoints(until))
+    fn time_dependence(&self, _: &Sheet, until: f64) -> TimeDependence {
+        RampFactor::time_dependence_of(self.ramp.as_ref(), until)
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {

@@ -35,6 +35,7 @@ use super::{
 };
 use crate::Vec3;
 use crate::geometry::Shape;
+use crate::kinetics::breakpoints::TimeDependence;
 use crate::linear::BlockMatrix;
 use crate::num::checked::Finite;
 use crate::sheet::Sheet;
@@ -56,9 +57,8 @@ impl EffectSpec for Pressure {
         Needs { out_of_plane: Some("kind"), ..Needs::default() }
     }
 
-    fn breakpoints(&self, _: &Sheet, until: f64) -> Vec<f64> {
-        RampFactor::new(self.ramp.as_ref())
-            .map_or_else(|_| Vec::new(), |ramp| ramp.breakpoints(until))
+    fn time_dependence(&self, _: &Sheet, until: f64) -> TimeDependence {
+        RampFactor::time_dependence_of(self.ramp.as_ref(), until)
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::EffectError;
 use crate::Vec3;
-use crate::kinetics::breakpoints;
+use crate::kinetics::breakpoints::{self, TimeDependence};
 use crate::kinetics::formula::FieldFormula;
 use crate::num::checked::Finite;
 
@@ -110,27 +110,33 @@ impl RampFactor {
         }
     }
 
-    /// The times from 0 to `until` at which it has a kink or a jump, or where a pulse begins.
+    /// Where it has kinks and jumps from time 0 to `until`, and its course between them.
     #[must_use]
-    pub fn breakpoints(&self, until: f64) -> Vec<f64> {
-        let mut times = Vec::new();
+    pub fn time_dependence(&self, until: f64) -> TimeDependence {
+        let mut found = TimeDependence::default();
         match &self.0 {
             None => {}
             Some(Profile::Points(points)) => {
-                times.extend(
-                    points.iter().map(|point| point[0]).filter(|t| (0.0..=until).contains(t)),
-                );
+                let times = points.iter().map(|point| point[0]);
+                found.breakpoints.extend(times.filter(|t| (0.0..=until).contains(t)));
             }
             Some(Profile::Formula(formula)) => {
-                formula.breakpoints(&[Vec3::zeros()], until, &mut times);
+                formula.time_dependence(&[Vec3::zeros()], until, &mut found);
                 let values = |times: &[f64]| {
                     let values: Vec<f64> = times.iter().map(|time| self.at(*time)).collect();
                     values.iter().all(|value| value.is_finite()).then(|| vec![values])
                 };
-                times.extend(breakpoints::sampled(until, values).unwrap_or_default());
+                let onsets = breakpoints::sampled(until, values).unwrap_or_default();
+                found.breakpoints.extend(onsets.breakpoints);
             }
         }
-        times
+        found
+    }
+
+    /// The same of a scene's ramp; nothing of one that cannot be read.
+    pub(super) fn time_dependence_of(ramp: Option<&Ramp>, until: f64) -> TimeDependence {
+        Self::new(ramp)
+            .map_or_else(|_| TimeDependence::default(), |ramp| ramp.time_dependence(until))
     }
 
     /// Largest factor of points; 1 of a formula, which may have none.

@@ -12,6 +12,7 @@ use super::material::{Material, MaterialField};
 use super::pin::PrescribedDisplacement;
 use super::transport::{Transport, TransportTerm};
 use crate::geometry::AreaRule;
+use crate::kinetics::breakpoints::TimeDependence;
 use crate::kinetics::{Descriptor, Location};
 use crate::num::checked::Checked;
 use crate::sheet::{Sheet, Surface};
@@ -61,10 +62,10 @@ pub trait EffectSpec: std::fmt::Debug + Send + Sync {
     /// A parameter that does not fit the sheet or the kinetics.
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError>;
 
-    /// Times from 0 to `until` at which what it brings has a kink or a jump in time: steps end there, so that none
-    /// passes over a pulse.
-    fn breakpoints(&self, _sheet: &Sheet, _until: f64) -> Vec<f64> {
-        Vec::new()
+    /// Where what it brings has kinks and jumps from time 0 to `until`, and its course between them: steps end there and
+    /// pass over no pulse.
+    fn time_dependence(&self, _sheet: &Sheet, _until: f64) -> TimeDependence {
+        TimeDependence::default()
     }
 
     /// What it does there that the author of a scene may not have meant.

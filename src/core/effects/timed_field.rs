@@ -12,8 +12,8 @@ use super::field::{centroids, noun};
 use super::{EffectContext, EffectError, Field, Values};
 use crate::Vec3;
 use crate::kinetics::Location;
-use crate::kinetics::breakpoints::sampled;
-use crate::kinetics::formula::FieldFormula;
+use crate::kinetics::breakpoints::{TimeDependence, sampled};
+use crate::kinetics::formula::{self, FieldFormula};
 use crate::num::checked::Checked;
 use crate::sheet::Sheet;
 
@@ -96,27 +96,32 @@ impl EffectContext<'_> {
     }
 }
 
-/// Times from 0 to `until` at which formulas of the time among `fields` have kinks, jumps or pulses at some of the vertices; those
-/// that read species are left to the control of errors.
-pub(super) fn breakpoints<'a>(
+/// Where formulas of the time among `fields` have kinks and jumps from time 0 to `until` at the vertices, whatever the species
+/// are, and their course between them at some.
+pub(super) fn time_dependence<'a>(
     fields: impl IntoIterator<Item = &'a Field>,
     sheet: &Sheet,
     until: f64,
-) -> Vec<f64> {
-    let formulas = fields.into_iter().filter_map(|field| match field {
-        Field::Formula(text) => FieldFormula::new(text, true).ok(),
-        _ => None,
-    });
-    formulas.flat_map(|formula| of_formula(&formula, sheet, until)).collect()
+) -> TimeDependence {
+    let mut found = TimeDependence::default();
+    for field in fields {
+        if let Field::Formula(text) = field {
+            match FieldFormula::new(text, true) {
+                Ok(formula) => add(&formula, sheet, until, &mut found),
+                // It may read species.
+                Err(_) => formula::time_dependence(text, sheet.rest(), until, &mut found),
+            }
+        }
+    }
+    found
 }
 
-fn of_formula(formula: &FieldFormula, sheet: &Sheet, until: f64) -> Vec<f64> {
-    let mut times = Vec::new();
+fn add(formula: &FieldFormula, sheet: &Sheet, until: f64, found: &mut TimeDependence) {
     if !formula.depends_on_time() {
-        return times;
+        return;
     }
     let vertices = if formula.depends_on_position() { sheet.rest() } else { &sheet.rest()[..1] };
-    formula.breakpoints(vertices, until, &mut times);
+    formula.time_dependence(vertices, until, found);
     let some: Vec<Vec3> =
         vertices.iter().step_by(vertices.len().div_ceil(SAMPLED_VERTICES)).copied().collect();
     let values = |times: &[f64]| {
@@ -127,6 +132,5 @@ fn of_formula(formula: &FieldFormula, sheet: &Sheet, until: f64) -> Vec<f64> {
         }
         columns.iter().flatten().all(|value| value.is_finite()).then_some(columns)
     };
-    times.extend(sampled(until, values).unwrap_or_default());
-    times
+    found.breakpoints.extend(sampled(until, values).unwrap_or_default().breakpoints);
 }

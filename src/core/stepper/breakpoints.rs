@@ -1,13 +1,15 @@
-//! Times at which steps end because something jumps or bends there: laws, ramps and growth that read the time.
+//! Times at which steps end because something jumps or bends there: laws, ramps and growth that read the time; and how long
+//! steps between them may be.
 //!
 //! A step leads from just after one breakpoint to just before the next one, so that every evaluation within it is on
 //! one side of a jump; what happens in between is round-off. The state is shown_time at the breakpoint itself.
 
 use crate::effects::EffectSpec;
-use crate::kinetics::breakpoints::{SAMPLES, sampled};
+use crate::kinetics::breakpoints::{Course, SAMPLES, TimeDependence, sampled};
 use crate::kinetics::{Batch, Column, Kinetics, Quantity, Signal, field};
 use crate::model::{Chemistry, Evaluation};
 use crate::num::{Short, real};
+use crate::reduction::Reduction;
 use crate::sheet::Sheet;
 
 /// Distance of evaluations from a breakpoint, relative to its time: times of stages are rounded.
@@ -29,6 +31,12 @@ const MAX_LISTED: usize = 6;
 pub struct Breakpoints {
     /// Ascending.
     times: Vec<f64>,
+    /// The course of what reads the time between them.
+    courses: Vec<Course>,
+    /// Whether there are any, on any rank.
+    limits: bool,
+    /// Where the last step was to end for their sake.
+    limited: Option<f64>,
     /// End of the problem.
     until: f64,
     /// Whether those of the laws are among them.
@@ -50,10 +58,10 @@ impl Breakpoints {
         sheet: &Sheet,
         until: f64,
     ) -> Self {
-        let times = effects.into_iter().flat_map(|effect| effect.breakpoints(sheet, until));
-        let times = sheet.reduction().gathered(times.collect());
-        let mut made = Self { times, until, sampled: false };
-        made.sort_and_merge();
+        let mut found = TimeDependence::default();
+        effects.into_iter().for_each(|effect| found.add(effect.time_dependence(sheet, until)));
+        let mut made = Self { until, ..Self::default() };
+        made.add(found, sheet.reduction());
         made
     }
 
@@ -67,15 +75,18 @@ impl Breakpoints {
         if !chemistry.signals().wanted().contains(&Signal::Time) {
             return None;
         }
-        let note = of_laws(chemistry, at, self.until, &mut self.times);
-        self.times = at.model().sheet().reduction().gathered(std::mem::take(&mut self.times));
-        self.sort_and_merge();
+        let mut found = TimeDependence::default();
+        let note = of_laws(chemistry, at, self.until, &mut found);
+        self.add(found, at.model().sheet().reduction());
         note
     }
 
     /// Brings the times into their order; those that no step can tell apart are one.
-    fn sort_and_merge(&mut self) {
+    fn add(&mut self, found: TimeDependence, reduction: &Reduction) {
+        self.courses.extend(found.courses);
+        self.limits = reduction.any(!self.courses.is_empty());
         let (until, mut times) = (self.until, std::mem::take(&mut self.times));
+        times.extend(reduction.gathered(found.breakpoints));
         times.retain(|time| (0.0..=until).contains(time));
         times.sort_unstable_by(f64::total_cmp);
         for time in times {
@@ -97,9 +108,12 @@ impl Breakpoints {
         (time - breakpoint).abs() <= self.margin(breakpoint)
     }
 
-    /// Whether there is one at `time`.
+    /// Whether a step was to end at `time` for what reads the time.
     #[must_use]
     pub fn include(&self, time: f64) -> bool {
+        if self.limited == Some(time) {
+            return true;
+        }
         let next = self.times.partition_point(|other| *other < time);
         let near = self.times[next.saturating_sub(1)..].iter().take(2);
         near.into_iter().any(|breakpoint| self.is_at(*breakpoint, time))
@@ -130,6 +144,23 @@ impl Breakpoints {
         }
     }
 
+    /// The same step, no longer than the course of what reads the time allows.
+    pub(super) fn limit(&mut self, window: Window, reduction: &Reduction) -> Window {
+        self.limited = None;
+        if !self.limits {
+            return window;
+        }
+        let length = window.end - window.start;
+        let limit = |length: f64, course: &Course| course.longest_step(window.start, length);
+        let longest = reduction.min(1, |_| self.courses.iter().fold(length, limit));
+        let end = window.start + longest;
+        if longest >= length || end <= window.start {
+            return window;
+        }
+        self.limited = Some(end);
+        Window { end, shown_time: end, ..window }
+    }
+
     /// The first of them, in words; none without any.
     #[must_use]
     pub fn listed(&self) -> Option<String> {
@@ -154,18 +185,21 @@ fn of_laws(
     chemistry: &Chemistry,
     at: &mut Evaluation<'_>,
     until: f64,
-    times: &mut Vec<f64>,
+    found: &mut TimeDependence,
 ) -> Option<String> {
     let state = at.state();
     // A start without values is refused elsewhere.
     let signals = at.signals().ok()?.clone();
     let species: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
     chemistry.with_inputs(&species, &signals, |kinetics, batch| {
-        let known = kinetics.breakpoints(batch, until, times);
+        let known = kinetics.time_dependence(batch, until, found);
         let name = kinetics.descriptor().title();
         match sampled(until, |times| rates_at(kinetics, batch, times)) {
-            Some(found) => {
-                times.extend(found);
+            Some(sampled) => {
+                found.breakpoints.extend(sampled.breakpoints);
+                if !known {
+                    found.courses.extend(sampled.courses);
+                }
                 (!known).then(|| {
                     format!(
                         "the rates of {name} read the time and were sampled at {} times of the start: what lasts less than \
@@ -178,6 +212,7 @@ fn of_laws(
             // All is known already of what has no values for reasons of its own.
             None if known => None,
             None => {
+                let times = &mut found.breakpoints;
                 times.extend((1..BLIND_STEPS).map(|k| until * real(k) / real(BLIND_STEPS)));
                 Some(format!(
                     "{name} reads the time but has no values at later times with the species of the start: its jumps are \

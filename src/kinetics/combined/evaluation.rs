@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::{JointKinetics, Part};
 use crate::batch::{Batch, Column};
+use crate::breakpoints::TimeDependence;
 use crate::descriptor::Descriptor;
 use crate::field::Columns;
 use crate::{Feedback, Kinetics, KineticsError, Outcome, Quantity};
@@ -130,9 +131,11 @@ impl Kinetics for JointKinetics {
         Ok(warning)
     }
 
-    fn breakpoints(&self, batch: &Batch<'_>, until: f64, times: &mut Vec<f64>) -> bool {
+    fn time_dependence(&self, batch: &Batch<'_>, until: f64, found: &mut TimeDependence) -> bool {
         let of = |part: &Part| {
-            part.with_inputs(Quantity::Rates, batch, |b| part.kinetics.breakpoints(b, until, times))
+            part.with_inputs(Quantity::Rates, batch, |b| {
+                part.kinetics.time_dependence(b, until, found)
+            })
         };
         let known: Vec<bool> = self.members.iter().map(of).collect();
         !known.contains(&false)

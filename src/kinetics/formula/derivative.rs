@@ -1,4 +1,7 @@
 //! Derivatives of nodes by inputs, by the chain rule, as nodes of the same graph.
+//!
+//! A function of an argument that does not change has the slope 0, even at the edge of its domain, where it has no
+//! derivative: so `sqrt(pos(u))` for u < 0. Factors of the chain rule that are 0 make products 0 ([`Op::Chain`]).
 
 use super::graph::{Graph, Id, Op, TooLarge};
 
@@ -32,20 +35,20 @@ impl Graph {
             return zero;
         }
         if let Some(factor) = self.slope_factor(op, id) {
-            return self.add(Op::Multiply(factor, da));
+            return self.add(Op::Chain(factor, da));
         }
         match op {
             Op::Input(k) => self.constant(if k == input { 1.0 } else { 0.0 }),
             Op::Constant(_) | Op::Step(_) | Op::Sign(_) => zero,
             Op::Add(..) => self.add(Op::Add(da, db)),
             Op::Subtract(..) => self.add(Op::Subtract(da, db)),
-            Op::Multiply(a, b) => {
-                let (p, q) = (self.add(Op::Multiply(da, b)), self.add(Op::Multiply(a, db)));
+            Op::Multiply(a, b) | Op::Chain(a, b) => {
+                let (p, q) = (self.add(Op::Chain(da, b)), self.add(Op::Chain(a, db)));
                 self.add(Op::Add(p, q))
             }
             Op::Divide(_, b) => {
                 // (da - (a/b) db)/b
-                let q = self.add(Op::Multiply(id, db));
+                let q = self.add(Op::Chain(id, db));
                 let top = self.add(Op::Subtract(da, q));
                 self.add(Op::Divide(top, b))
             }
@@ -55,26 +58,22 @@ impl Graph {
                 let less = self.add(Op::Subtract(b, one));
                 let power = self.add(Op::Power(a, less));
                 let factor = self.add(Op::Multiply(b, power));
-                let first = self.add(Op::Multiply(factor, da));
+                let first = self.add(Op::Chain(factor, da));
                 if db == zero {
                     return first;
                 }
                 let log = self.add(Op::Log(a));
-                let factor = self.add(Op::Multiply(id, log));
-                let second = self.add(Op::Multiply(factor, db));
+                let factor = self.add(Op::Chain(id, log));
+                let second = self.add(Op::Chain(factor, db));
                 self.add(Op::Add(first, second))
             }
             Op::Negative(_) => self.add(Op::Negative(da)),
             Op::Log(a) => self.add(Op::Divide(da, a)),
-            Op::Sqrt(_) => {
-                let half = self.constant(0.5);
-                let top = self.add(Op::Multiply(half, da));
-                self.add(Op::Divide(top, id))
-            }
             Op::Min(a, b) => self.chosen(b, a, (da, db)),
             Op::Max(a, b) => self.chosen(a, b, (da, db)),
             Op::PowerI(..)
             | Op::Exp(_)
+            | Op::Sqrt(_)
             | Op::Tanh(_)
             | Op::Sin(_)
             | Op::Cos(_)
@@ -93,6 +92,10 @@ impl Graph {
                 self.add(Op::Multiply(n, power))
             }
             Op::Exp(_) => id,
+            Op::Sqrt(_) => {
+                let half = self.constant(0.5);
+                self.add(Op::Divide(half, id))
+            }
             Op::Tanh(_) => {
                 let one = self.constant(1.0);
                 let square = self.add(Op::Multiply(id, id));
@@ -116,11 +119,12 @@ impl Graph {
 
     /// `db` where the `p > q` fails to hold against it, else `da`: slopes of min and max.
     fn chosen(&mut self, p: Id, q: Id, (da, db): (Id, Id)) -> Id {
-        // db + step(p - q) (da - db)
+        // step(p - q) da + (1 - step(p - q)) db, where the other of the two may have no value
         let apart = self.add(Op::Subtract(p, q));
         let first = self.add(Op::Step(apart));
-        let differ = self.add(Op::Subtract(da, db));
-        let change = self.add(Op::Multiply(first, differ));
-        self.add(Op::Add(db, change))
+        let one = self.constant(1.0);
+        let second = self.add(Op::Subtract(one, first));
+        let (a, b) = (self.add(Op::Chain(first, da)), self.add(Op::Chain(second, db)));
+        self.add(Op::Add(a, b))
     }
 }

@@ -2,6 +2,7 @@
 
 use super::super::{Batch, Column, Descriptor, Kinetics, Outcome, Quantity};
 use super::{FormulaKinetics, Kinks, Programs};
+use crate::breakpoints::TimeDependence;
 
 impl FormulaKinetics {
     /// The program of the values of a quantity, and the one with partial derivatives.
@@ -58,12 +59,12 @@ impl Kinetics for FormulaKinetics {
         Ok(None)
     }
 
-    fn breakpoints(&self, batch: &Batch<'_>, until: f64, times: &mut Vec<f64>) -> bool {
+    fn time_dependence(&self, batch: &Batch<'_>, until: f64, found: &mut TimeDependence) -> bool {
         let first = Kinks::numbers(self.descriptor.species.len())[1];
         let value = |input: usize, point: usize| {
             let column = self.varying.get(input - first).and_then(|&k| batch.parameters.get(k));
             column.map_or(f64::NAN, |column| column.at(point))
         };
-        self.kinks.at_points(until, batch.count, value, times)
+        self.kinks.at_points(until, batch.count, value, found)
     }
 }

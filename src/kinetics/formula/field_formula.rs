@@ -5,6 +5,7 @@ use super::kinks::Kinks;
 use super::parse::{self, FormulaError};
 use super::program::Program;
 use crate::Column;
+use crate::breakpoints::TimeDependence;
 use crate::error::nearest;
 use rumple_numerics::Vec3;
 
@@ -55,7 +56,7 @@ impl FieldFormula {
                 }
             }
         })?;
-        let kinks = Kinks::of(&mut graph, &[id], TIME, |_| true);
+        let kinks = Kinks::of(&mut graph, &[id], (TIME, !placed), |_| true);
         Ok(Self { program: Program::new(&graph, &[id]), kinks, placed, timed: varying })
     }
 
@@ -71,9 +72,10 @@ impl FieldFormula {
         self.timed
     }
 
-    /// Adds the times from 0 to `until` at which it has a kink or a jump at some of `points`; whether they are all.
-    pub fn breakpoints(&self, points: &[Vec3], until: f64, times: &mut Vec<f64>) -> bool {
-        self.kinks.at_points(until, points.len(), |axis, point| points[point][axis], times)
+    /// Adds the times from 0 to `until` at which it has a kink or a jump at some of `points`, and its course between
+    /// these; whether they are all.
+    pub fn time_dependence(&self, points: &[Vec3], until: f64, found: &mut TimeDependence) -> bool {
+        self.kinks.at_points(until, points.len(), |axis, point| points[point][axis], found)
     }
 
     /// Its values at all points.
@@ -86,6 +88,24 @@ impl FieldFormula {
         let mut values = vec![0.0; points.len()];
         self.program.run(&inputs, points.len(), &mut [&mut values]);
         values
+    }
+}
+
+/// Adds what [`FieldFormula::time_dependence`] does, of a formula that reads other names as well: of its parts that read
+/// none of these.
+pub fn time_dependence(text: &str, points: &[Vec3], until: f64, found: &mut TimeDependence) {
+    let mut graph = Graph::of(text.len());
+    let Ok(tree) = parse::parse(text) else { return };
+    let id = graph.insert(&tree, &mut |graph, name| {
+        let known = NAMES.iter().position(|known| *known == name).unwrap_or(NAMES.len());
+        Ok(match name {
+            "pi" => graph.constant(std::f64::consts::PI),
+            _ => graph.input(rumple_numerics::num::index(known)),
+        })
+    });
+    if let Ok(id) = id {
+        let kinks = Kinks::of(&mut graph, &[id], (TIME, false), |input| input < TIME);
+        kinks.at_points(until, points.len(), |axis, point| points[point][axis], found);
     }
 }
 

@@ -19,6 +19,8 @@ pub(super) enum Op {
     Add(Id, Id),
     Subtract(Id, Id),
     Multiply(Id, Id),
+    /// The product of the chain rule: 0 where one factor is, even if the other has no value there.
+    Chain(Id, Id),
     Divide(Id, Id),
     /// Base to an integer.
     PowerI(Id, i32),
@@ -43,7 +45,7 @@ impl Op {
     /// The operands.
     pub(super) fn operands(self) -> [Option<Id>; 2] {
         use Op::{
-            Abs, Add, Constant, Cos, Divide, Exp, Input, Log, Logistic, Max, Min, Multiply,
+            Abs, Add, Chain, Constant, Cos, Divide, Exp, Input, Log, Logistic, Max, Min, Multiply,
             Negative, Pos, Power, PowerI, Sign, Sin, Sqrt, Step, Subtract, Tanh,
         };
         match self {
@@ -51,6 +53,7 @@ impl Op {
             Add(a, b)
             | Subtract(a, b)
             | Multiply(a, b)
+            | Chain(a, b)
             | Divide(a, b)
             | Power(a, b)
             | Min(a, b)
@@ -79,6 +82,13 @@ impl Op {
             Op::Add(..) => a + b,
             Op::Subtract(..) => a - b,
             Op::Multiply(..) => a * b,
+            Op::Chain(..) => {
+                if a == 0.0 || b == 0.0 {
+                    0.0
+                } else {
+                    a * b
+                }
+            }
             Op::Divide(..) => a / b,
             Op::PowerI(_, n) => a.powi(n),
             Op::Power(..) => a.powf(b),
@@ -134,7 +144,7 @@ impl Op {
             Op::Input(k) => (kind, u64::from(k), 0),
             Op::Constant(c) => (kind, c.to_bits(), 0),
             Op::PowerI(_, n) => (kind, a, u64::from(n.cast_unsigned())),
-            Op::Add(..) | Op::Multiply(..) => (kind, a.min(b), a.max(b)),
+            Op::Add(..) | Op::Multiply(..) | Op::Chain(..) => (kind, a.min(b), a.max(b)),
             _ => (kind, a, b),
         }
     }
@@ -252,11 +262,17 @@ impl Graph {
             Op::Subtract(a, _) if y == Some(0.0) => Some(a),
             Op::Subtract(_, b) if x == Some(0.0) => Some(self.add(Op::Negative(b))),
             Op::Subtract(a, b) if a == b => Some(self.constant(0.0)),
-            Op::Multiply(a, _) if y == Some(1.0) => Some(a),
-            Op::Multiply(_, b) if x == Some(1.0) => Some(b),
-            Op::Multiply(a, _) if y == Some(-1.0) => Some(self.add(Op::Negative(a))),
-            Op::Multiply(_, b) if x == Some(-1.0) => Some(self.add(Op::Negative(b))),
-            Op::Multiply(..) if x == Some(0.0) || y == Some(0.0) => Some(self.constant(0.0)),
+            Op::Multiply(a, _) | Op::Chain(a, _) if y == Some(1.0) => Some(a),
+            Op::Multiply(_, b) | Op::Chain(_, b) if x == Some(1.0) => Some(b),
+            Op::Multiply(a, _) | Op::Chain(a, _) if y == Some(-1.0) => {
+                Some(self.add(Op::Negative(a)))
+            }
+            Op::Multiply(_, b) | Op::Chain(_, b) if x == Some(-1.0) => {
+                Some(self.add(Op::Negative(b)))
+            }
+            Op::Multiply(..) | Op::Chain(..) if x == Some(0.0) || y == Some(0.0) => {
+                Some(self.constant(0.0))
+            }
             Op::Divide(a, _) if y == Some(1.0) => Some(a),
             Op::Divide(..) if x == Some(0.0) => Some(self.constant(0.0)),
             Op::Divide(a, _)

@@ -108,11 +108,14 @@ impl Op {
             Self::Constant(value) => Interval::point(value),
             Self::Add(..) => a.add(b),
             Self::Subtract(..) => Interval::new(a.low - b.high, a.high - b.low),
-            Self::Multiply(..) => a.multiply(b),
+            Self::Chain(..) if [a, b].contains(&Interval::point(0.0)) => Interval::point(0.0),
+            Self::Multiply(..) | Self::Chain(..) => a.multiply(b),
             Self::Divide(..) if b.contains_zero() => Interval::WHOLE,
             Self::Divide(..) => a.corners(b, |x, y| x / y),
             Self::PowerI(_, n) => a.power(n),
-            Self::Power(..) if a.low > 0.0 => a.corners(b, f64::powf),
+            Self::Power(..) if a.low > 0.0 || a.low == 0.0 && b.low > 0.0 => {
+                a.corners(b, f64::powf)
+            }
             Self::Power(..) if a.low == a.high && b.low == b.high => {
                 Interval::point(a.low.powf(b.low))
             }

@@ -13,25 +13,27 @@
 //! G and G' are the interval extensions of g and dg/dt, so that no pulse is too short to be found. A g that
 //! jumps itself has the first test alone.
 
+use super::course::FormulaCourse;
 use super::graph::{Graph, Id, Op};
 use super::interval::Interval;
+use super::time_graph::{Reads, TimeGraph, dependencies, needed};
 use crate::Signal;
+use crate::breakpoints::{Course, TimeDependence};
 
 /// Evaluations for the roots at all points: a tenth of a second.
 const EVALUATION_BUDGET: usize = 200_000;
 /// A root is known to this share of its time, or of the interval.
 const RESOLUTION: f64 = 4.0 * f64::EPSILON;
 
-/// The functions of time at whose roots a formula switches.
+/// The functions of time at whose roots a formula switches, and all its parts that depend on the time alone.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Kinks {
-    /// Operations that they are made of, with the numbers of their operands, which come first; of an input but the time, its number among `others`.
-    ops: Vec<(Op, [usize; 2])>,
+    graph: TimeGraph,
     switches: Vec<Switch>,
-    /// The input that is the time.
-    time: u32,
-    /// The other inputs that they read.
-    others: Vec<usize>,
+    /// Parts that depend on the time alone.
+    parts: Vec<usize>,
+    /// Derivatives of the outputs by the time, where their turning points end steps.
+    slopes: Vec<usize>,
 }
 
 /// One of them, by the numbers of its value and its derivative by the time among the operations.
@@ -39,15 +41,6 @@ pub(super) struct Kinks {
 struct Switch {
     value: usize,
     slope: Option<usize>,
-}
-
-/// What a node depends on.
-#[derive(Debug, Clone, Copy, Default)]
-struct Reads {
-    time: bool,
-    /// Something that changes in time and is not known beforehand.
-    unknown: bool,
-    jumps: bool,
 }
 
 impl Kinks {
@@ -62,19 +55,45 @@ impl Kinks {
     /// Those of the rates of a law of so many species.
     pub(super) fn of_rates(graph: &mut Graph, rates: &[Id], species: usize) -> Self {
         let [time, varying] = Self::numbers(species).map(rumple_numerics::num::index);
-        Self::of(graph, rates, time, |input| input >= varying)
+        Self::of(graph, rates, (time, false), |input| input >= varying)
     }
 
-    /// Those of `outputs`, of which the input `time` is the time; `fixed` says of other inputs whether they stay as
-    /// they are at every point.
+    /// Those of `outputs`, of which the input `time` is the time and which end steps where they are `turning`; `fixed`
+    /// says of other inputs whether they stay as they are at every point.
     pub(super) fn of(
         graph: &mut Graph,
         outputs: &[Id],
-        time: u32,
+        (time, turning): (u32, bool),
         fixed: impl Fn(u32) -> bool,
     ) -> Self {
         let reads = dependencies(graph, time, fixed);
         let needed = needed(graph.ops(), outputs);
+        let alone = |id: Id| reads[id as usize].time && !reads[id as usize].unknown;
+        let all = 0..rumple_numerics::num::index(needed.len());
+        let parts: Vec<Id> = all.filter(|id| needed[*id as usize] && alone(*id)).collect();
+        let switches = Self::switches(graph, (&needed, &reads), time);
+        let turning = outputs.iter().filter(|id| turning && alone(**id));
+        let slopes: Vec<Id> = turning.filter_map(|id| graph.slope(*id, time).ok()).collect();
+        let (values, changes): (Vec<Id>, Vec<Option<Id>>) = switches.into_iter().unzip();
+        let known: Vec<Id> = changes.iter().copied().flatten().collect();
+        let wanted: Vec<Id> = [&parts[..], &slopes, &values, &known].concat();
+        let (graph, mut places) = TimeGraph::gather(graph, &wanted, time);
+        let mut known = places.split_off(parts.len() + slopes.len() + values.len()).into_iter();
+        let values = places.split_off(parts.len() + slopes.len());
+        let slopes = places.split_off(parts.len());
+        let switches = values
+            .into_iter()
+            .zip(changes)
+            .map(|(value, change)| Switch { value, slope: change.and_then(|_| known.next()) });
+        Self { switches: switches.collect(), graph, parts: places, slopes }
+    }
+
+    /// The values at whose roots something switches, and their derivatives by the time.
+    fn switches(
+        graph: &mut Graph,
+        (needed, reads): (&[bool], &[Reads]),
+        time: u32,
+    ) -> Vec<(Id, Option<Id>)> {
         let mut wanted = Vec::new();
         for k in 0..needed.len() {
             let (a, b) = match graph.ops()[k] {
@@ -95,54 +114,41 @@ impl Kinks {
         }
         wanted.sort_unstable();
         wanted.dedup();
-        Self::gather(graph, &wanted, time)
-    }
-
-    /// Takes the operations of `wanted` out of the graph.
-    fn gather(graph: &Graph, wanted: &[(Id, Option<Id>)], time: u32) -> Self {
-        let all: Vec<Id> =
-            wanted.iter().flat_map(|(value, slope)| [Some(*value), *slope]).flatten().collect();
-        let needed = needed(graph.ops(), &all);
-        let (mut ops, mut others) = (Vec::new(), Vec::new());
-        let mut place = vec![0; needed.len()];
-        for (k, op) in graph.ops().iter().enumerate().filter(|(k, _)| needed[*k]) {
-            let mut operands = op.operands().map(|id| id.map_or(0, |id| place[id as usize]));
-            if let Op::Input(number) = op
-                && *number != time
-            {
-                operands[0] = others.len();
-                others.push(*number as usize);
-            }
-            place[k] = ops.len();
-            ops.push((*op, operands));
-        }
-        let of = |id: Id| place[id as usize];
-        let switches =
-            wanted.iter().map(|(value, slope)| Switch { value: of(*value), slope: slope.map(of) });
-        Self { switches: switches.collect(), ops, time, others }
+        wanted
     }
 
     /// Adds the times from 0 to `until` at which something switches at one of `count` points, where `input` gives the
-    /// values of the other inputs by their numbers and that of the point; whether they are all.
+    /// values of the other inputs by their numbers and that of the point, and the course between them; whether the
+    /// times are all.
     pub(super) fn at_points(
         &self,
         until: f64,
         count: usize,
         input: impl Fn(usize, usize) -> f64,
-        times: &mut Vec<f64>,
+        found: &mut TimeDependence,
     ) -> bool {
-        let points = if self.others.is_empty() { count.min(1) } else { count };
+        if !self.parts.is_empty() && count > 0 {
+            let of = (&self.graph, &self.parts[..], &self.slopes[..]);
+            found.courses.push(Course::formula(FormulaCourse::new(of, until, count, &input)));
+        }
+        let points = if self.graph.others.is_empty() { count.min(1) } else { count };
         let mut budget = EVALUATION_BUDGET;
         let mut known: Option<Vec<f64>> = None;
         (0..points).all(|point| {
-            let inputs: Vec<f64> = self.others.iter().map(|&other| input(other, point)).collect();
+            let inputs = self.graph.inputs(point, &input);
             // Neighbours often have the same ones.
             if known.as_ref() == Some(&inputs) {
                 return true;
             }
-            let values = vec![Interval::WHOLE; self.ops.len()];
-            let mut search =
-                RootSearch { kinks: self, until, inputs: &inputs, values, budget: &mut budget };
+            let values = Vec::with_capacity(self.graph.ops.len());
+            let mut search = RootSearch {
+                graph: &self.graph,
+                until,
+                inputs: &inputs,
+                values,
+                budget: &mut budget,
+            };
+            let times = &mut found.breakpoints;
             let all = self.switches.iter().all(|switch| search.roots(*switch, times));
             known = Some(inputs);
             all
@@ -152,7 +158,7 @@ impl Kinks {
 
 /// A search for roots at one point.
 struct RootSearch<'a> {
-    kinks: &'a Kinks,
+    graph: &'a TimeGraph,
     until: f64,
     /// Values of the inputs but the time.
     inputs: &'a [f64],
@@ -165,15 +171,7 @@ impl RootSearch<'_> {
     /// Bounds of all operations at these times.
     fn evaluate(&mut self, times: Interval) {
         *self.budget = self.budget.saturating_sub(1);
-        for (k, (op, operands)) in self.kinks.ops.iter().enumerate() {
-            let [a, b] = operands
-                .map(|operand| self.values.get(operand).copied().unwrap_or(Interval::WHOLE));
-            self.values[k] = match op {
-                Op::Input(number) if *number == self.kinks.time => times,
-                Op::Input(_) => Interval::point(self.inputs[operands[0]]),
-                _ => op.bounds(a, b),
-            };
-        }
+        self.graph.evaluate(self.inputs, times, &mut self.values);
     }
 
     fn at(&mut self, which: usize, time: f64) -> f64 {
@@ -237,37 +235,4 @@ impl RootSearch<'_> {
             }
         }
     }
-}
-
-/// What every node depends on.
-fn dependencies(graph: &Graph, time: u32, fixed: impl Fn(u32) -> bool) -> Vec<Reads> {
-    let mut reads: Vec<Reads> = Vec::with_capacity(graph.ops().len());
-    for op in graph.ops() {
-        let mut all = Reads::default();
-        for part in op.operands().into_iter().flatten().map(|id| reads[id as usize]) {
-            all.time |= part.time;
-            all.unknown |= part.unknown;
-            all.jumps |= part.jumps;
-        }
-        match op {
-            Op::Input(number) if *number == time => all.time = true,
-            Op::Input(number) => all.unknown = !fixed(*number),
-            Op::Step(_) | Op::Sign(_) => all.jumps = all.time,
-            _ => {}
-        }
-        reads.push(all);
-    }
-    reads
-}
-
-/// Which nodes `outputs` are made of.
-fn needed(ops: &[Op], outputs: &[Id]) -> Vec<bool> {
-    let mut needed = vec![false; ops.len()];
-    outputs.iter().for_each(|id| needed[*id as usize] = true);
-    for k in (0..ops.len()).rev() {
-        if needed[k] {
-            ops[k].operands().into_iter().flatten().for_each(|id| needed[id as usize] = true);
-        }
-    }
-    needed
 }

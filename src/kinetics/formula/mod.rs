@@ -8,6 +8,7 @@
 //! Values of parameters become constants before anything is simplified. All partial derivatives are
 //! exact and share what they have in common with the rates.
 
+mod course;
 mod derivative;
 mod evaluation;
 mod field_formula;
@@ -19,10 +20,12 @@ mod names;
 mod parse;
 mod program;
 mod species;
+mod time_graph;
 
+pub(crate) use course::FormulaCourse;
 pub use parse::{FUNCTIONS, FormulaError, Function};
 
-pub use field_formula::{FieldFormula, over_positions};
+pub use field_formula::{FieldFormula, over_positions, time_dependence};
 pub use species::SpeciesFormula;
 
 use graph::{Graph, Id, TooLarge};

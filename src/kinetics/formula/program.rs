@@ -142,6 +142,7 @@ impl Step {
             Op::Add(..) => each!(Op::Add(0, 0)),
             Op::Subtract(..) => each!(Op::Subtract(0, 0)),
             Op::Multiply(..) => each!(Op::Multiply(0, 0)),
+            Op::Chain(..) => each!(Op::Chain(0, 0)),
             Op::Divide(..) => each!(Op::Divide(0, 0)),
             Op::Negative(_) => each!(Op::Negative(0)),
             Op::Abs(_) => each!(Op::Abs(0)),

@@ -370,17 +370,18 @@ impl<'a> Stepper<'a> {
     fn raw_step(&mut self, until: f64) -> Result<()> {
         let time = self.time;
         let refuse = |e: diffsol::DiffsolError| refusal(self.options.method, time, &e.to_string());
-        let rest = until - time;
-        let shortest = self.least(rest);
+        let shortest = self.least(until - time);
         let stop = every!(&mut self.method, solver => {
             let (now, step) = (solver.state().t, solver.state().h);
             let same = SAME_TIME * (now.abs() + step.abs());
-            if (until - now).abs() <= same {
+            // Of the solver's own time: what it has fallen short of stop times by adds up.
+            let rest = until - now;
+            if rest.abs() <= same {
                 until
             } else {
                 // A step that diffsol has fitted to the stop time is as long as the way, but for round-off.
-                let shared = step + same < rest && rest < (1.0 + STUB_SHARE) * step && rest > 4.0 * same;
-                let stop = if shared { time + 0.5 * rest } else { until };
+                let shared = step + 0.5 * same < rest && rest < (1.0 + STUB_SHARE) * step && rest > 4.0 * same;
+                let stop = if shared { now + 0.5 * rest } else { until };
                 solver.config_mut().minimum_timestep = shortest;
                 solver.set_stop_time(stop).map_err(refuse)?;
                 match solver.step().map_err(refuse)? {

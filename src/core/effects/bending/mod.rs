@@ -19,6 +19,7 @@ use super::field::{Field, named};
 use super::flow_rule::FlowRule;
 use super::{Effect, EffectContext, EffectError, EffectSpec, Needs, misplaced, timed_field};
 use crate::geometry::AreaRule;
+use crate::kinetics::breakpoints::TimeDependence;
 use crate::sheet::Sheet;
 
 /// Parameters of bending in a scene.
@@ -103,8 +104,8 @@ impl EffectSpec for Bending {
         Needs { material: true, out_of_plane: Some("kind"), ..Needs::default() }
     }
 
-    fn breakpoints(&self, sheet: &Sheet, until: f64) -> Vec<f64> {
-        timed_field::breakpoints(&self.curvature, sheet, until)
+    fn time_dependence(&self, sheet: &Sheet, until: f64) -> TimeDependence {
+        timed_field::time_dependence(&self.curvature, sheet, until)
     }
 
     fn vertex_area(&self) -> Option<AreaRule> {

@@ -34,6 +34,7 @@ use crate::effects::{
     Needs, Ramp, RampFactor,
 };
 use crate::geometry::{Conditions, Shape, lumped_areas};
+use crate::kinetics::breakpoints::TimeDependence;
 use crate::num::checked::{Finite, Positive};
 use crate::sheet::Sheet;
 
@@ -101,9 +102,8 @@ impl EffectSpec for Adhesion {
         Needs { out_of_plane: along_z.then_some("to"), ..Needs::default() }
     }
 
-    fn breakpoints(&self, _: &Sheet, until: f64) -> Vec<f64> {
-        RampFactor::new(self.ramp.as_ref())
-            .map_or_else(|_| Vec::new(), |ramp| ramp.breakpoints(until))
+    fn time_dependence(&self, _: &Sheet, until: f64) -> TimeDependence {
+        RampFactor::time_dependence_of(self.ramp.as_ref(), until)
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {

@@ -35,6 +35,7 @@ use crate::effects::{
     HessianPart, Needs, Ramp, RampFactor, Touching,
 };
 use crate::geometry::{Shape, lumped_areas};
+use crate::kinetics::breakpoints::TimeDependence;
 use crate::num::checked::{Finite, Positive};
 use crate::num::whole;
 use crate::parallel;
@@ -132,9 +133,8 @@ impl EffectSpec for Obstacle {
         Needs { material, out_of_plane: along_z.then_some("shape"), ..Needs::default() }
     }
 
-    fn breakpoints(&self, _: &Sheet, until: f64) -> Vec<f64> {
-        RampFactor::new(self.ramp.as_ref())
-            .map_or_else(|_| Vec::new(), |ramp| ramp.breakpoints(until))
+    fn time_dependence(&self, _: &Sheet, until: f64) -> TimeDependence {
+        RampFactor::time_dependence_of(self.ramp.as_ref(), until)
     }
 
     fn files(&self) -> Vec<(&'static str, &Path)> {

@@ -1,0 +1,50 @@
+//! Output times nearer to each other than the integrator's own steps.
+
+use crate::common::prepare;
+
+const SHEET: &str = r#"
+sheet = { shape = "disc", radius = 3.0, vertices = 30 }
+[kinetics]
+rates.c = "-c"
+initial.c = 1.0
+[time]
+policy = "simultaneous"
+until = 1000.0
+"#;
+
+/// Steps to `count` output times `every` apart; the number of steps and the largest error relative to 1.
+fn outputs(integrator: &str, every: f64, count: u32) -> (usize, f64) {
+    let (_, mut simulation) = prepare(SHEET, &[&format!("time.integrator={integrator}")]);
+    simulation.prepare().unwrap();
+    let (mut steps, mut error): (usize, f64) = (0, 0.0);
+    for k in 1..=count {
+        let target = f64::from(k) * every;
+        while simulation.state().time < target {
+            let step = simulation.step(target);
+            step.unwrap_or_else(|e| panic!("{integrator}, {every}, output {k}: {e}"));
+            steps += 1;
+        }
+        assert_eq!(simulation.state().time.to_bits(), target.to_bits());
+        error = error.max((simulation.state().species[0][0] - (-target).exp()).abs());
+    }
+    (steps, error)
+}
+
+#[test]
+fn many_outputs_are_met_exactly() {
+    for method in ["bdf", "tr-bdf2", "esdirk34"] {
+        let integrator = format!("{{ kind = 'monolithic', method = '{method}' }}");
+        for (every, count) in [(0.02, 10_000), (0.01, 3000), (1e-3, 3000), (1.0 / 3.0, 2000)] {
+            let (steps, error) = outputs(&integrator, every, count);
+            let most = 3 * usize::try_from(count).unwrap() + 500;
+            assert!(steps < most, "{method}, {every}: {steps} steps");
+            assert!(error < 1e-3, "{method}, {every}: {error}");
+        }
+    }
+    for (integrator, error) in
+        [("'staggered'", 0.05), ("{ kind = 'explicit', method = 'tsit45' }", 1e-3)]
+    {
+        let (steps, found) = outputs(integrator, 0.02, 2000);
+        assert!(steps < 4500 && found < error, "{integrator}: {steps} steps, {found}");
+    }
+}
