@@ -133,6 +133,18 @@ impl RampFactor {
         times
     }
 
+    /// Times from 0 to `until` by which factors that differ are told apart: breakpoints, and two within each interval of them.
+    #[must_use]
+    pub(crate) fn samples(&self, until: f64) -> Vec<f64> {
+        let mut ends = self.breakpoints(until);
+        ends.extend([0.0, until]);
+        ends.sort_unstable_by(f64::total_cmp);
+        let within = |ends: &[f64]| [0.31, 0.62].map(|share| ends[0] + share * (ends[1] - ends[0]));
+        let inner: Vec<f64> = ends.windows(2).flat_map(within).collect();
+        ends.extend(inner);
+        ends
+    }
+
     /// Largest factor of points; 1 of a formula, which may have none.
     #[must_use]
     pub fn largest(&self) -> f64 {
