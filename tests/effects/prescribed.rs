@@ -58,6 +58,34 @@ fn contradictory_prescriptions_are_refused_in_either_order() {
     }
 }
 
+/// Noise in the two rows of a clamp was there at all times.
+#[test]
+fn an_imperfection_leaves_a_clamp_smooth() {
+    let text = "sheet = { shape = 'disc', radius = 2.0, vertices = 300, imperfection = { amplitude = 0.02, direction = 'DIR' }, \
+                bump = { amplitude = 0.1, width = 2.0 } }\n\
+                time = { until = 1.0 }\nmaterial = { young = 1, poisson = 0.3, thickness = 0.1 }\n\
+                [[effect]]\nkind = 'stretching'\n[[effect]]\nkind = 'pin'\naxes = 'AXES'\n\
+                where = { ring = { inner = 1.5, outer = 3 } }\n";
+    for (direction, axes, smooth) in [("z", "xyz", true), ("normal", "z", true), ("z", "xy", false)]
+    {
+        let text = text.replace("DIR", direction).replace("AXES", axes);
+        let scene = |text: &str| Scene::parse(text, "scene.toml", &[]).unwrap();
+        let search = PluginSearch::in_directories(Vec::new());
+        let start = |text: &str| Simulation::new(&scene(text), &search).unwrap();
+        let rough = start(&text);
+        let bump = start(&text.replace("amplitude = 0.02", "amplitude = 0"));
+        let rest = rough.sheet().rest();
+        for (i, (x, bump)) in rough.state().x.iter().zip(bump.state().x.iter()).enumerate() {
+            let clamped = rest[i].xy().norm() >= 1.5;
+            if clamped && smooth || rough.sheet().boundary()[i] {
+                assert_eq!(x, bump, "vertex {i}");
+            } else {
+                assert_ne!(x, bump, "vertex {i}");
+            }
+        }
+    }
+}
+
 #[test]
 fn prescriptions_that_agree_are_accepted() {
     let moved = format!("{PIN} = {LEFT}\ndisplacement = [1, 0, 0]");
