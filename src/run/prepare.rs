@@ -200,7 +200,9 @@ fn start(scene: &Scene, simulation: &mut Simulation) -> Result<()> {
     if let Some(path) = &scene.time.span.from {
         Snapshot::take(path, scene, simulation)?;
     }
-    simulation.evaluate().length_factor()?;
+    let factor = simulation.evaluate().length_factor()?.map(std::borrow::Cow::into_owned);
+    let sheet = simulation.stepper.model().sheet();
+    scale_checks::check_length_factor(scene, sheet, &factor.unwrap_or_default())?;
     simulation.evaluate().curvature()?;
     simulation.notes.extend(simulation.stepper.find_breakpoints());
     let Stepper { workspace, state, .. } = &simulation.stepper;

@@ -11,7 +11,7 @@ use super::EffectError;
 use crate::Vec3;
 use crate::kinetics::breakpoints;
 use crate::kinetics::formula::FieldFormula;
-use crate::num::checked::Finite;
+use crate::num::checked::{Finite, LARGEST};
 
 /// A factor of time as a scene gives it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -75,10 +75,10 @@ impl RampFactor {
             }
         });
         let start = made.at(0.0);
-        if !start.is_finite() {
+        if !(start.abs() <= LARGEST) {
             return refuse(
                 format!("the ramp is {start} at time 0"),
-                Some("it must be a finite number at every time of the run".into()),
+                Some(format!("its size must be at most {LARGEST:e} at every time of the run")),
             );
         }
         Ok(made)
@@ -133,7 +133,7 @@ impl RampFactor {
         times
     }
 
-    /// Times from 0 to `until` by which factors that differ are told apart: breakpoints, and two within each interval of them.
+    /// Times from 0 to `until` at which factors that differ do: breakpoints, and two within each interval of them.
     #[must_use]
     pub(crate) fn samples(&self, until: f64) -> Vec<f64> {
         let mut ends = self.breakpoints(until);
