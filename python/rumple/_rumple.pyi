@@ -77,6 +77,9 @@ def read_surface(
 ]:
     """Points, triangles, point fields, cell fields and time of a file (.vtu, .vtp, .vtk, .obj)."""
 
+def times(path: _Path) -> list[float]:
+    """The times of the frames in a temporal VTKHDF file."""
+
 def run(
     scene: Scene,
     out: Optional[_Path],
@@ -156,7 +159,7 @@ class Step:
 
 @final
 class State:
-    """A state of a run that writes results, for observers: copies."""
+    """A state of a run that writes results, for observers: read-only copies."""
 
     @property
     def time(self) -> float:
@@ -176,7 +179,7 @@ class State:
 
 @final
 class Species(Mapping[str, NDArray[float64]]):
-    """Values of the species where they live, by name: copies, and to be set.
+    """Values of the species where they live, by name: read-only copies, and to be set.
 
     `sim.species["c"] = values`, an array or one number for all, checks number, finiteness and valid range; the shape follows with
     the next step.
@@ -209,7 +212,7 @@ class Simulation:
         """Warnings about the mesh, the scene or the laws, which are issued as UserWarning too."""
     @property
     def positions(self) -> NDArray[float64]:
-        """Positions of the vertices, n × 3: a copy. Setting them is checked; the next step finds equilibrium again."""
+        """Positions of the vertices, n × 3: a read-only copy. Setting them is checked; the next step finds equilibrium again."""
     @positions.setter
     def positions(self, positions: ArrayLike) -> None: ...
     @property

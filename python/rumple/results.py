@@ -15,7 +15,7 @@ from typing import Any
 import numpy
 from numpy.typing import NDArray
 
-from ._rumple import Error, read_surface, report
+from ._rumple import Error, read_surface, report, times
 
 __all__ = ["Frame", "Frames", "Results", "read"]
 
@@ -49,7 +49,10 @@ class Results:
 
     @property
     def frames(self) -> Frames:
-        """The frames, each read when it is asked for."""
+        """The frames, each read when it is asked for: of the files in `frames`, or of `sheet.vtkhdf`."""
+        single = self.directory / "sheet.vtkhdf"
+        if single.is_file():
+            return Frames(Path(f"{single}#{number}") for number in range(len(times(single))))
         folder = self.directory / "frames"
         files = os.listdir(folder) if folder.is_dir() else []
         return Frames(folder / name for name in sorted(files) if name.endswith((".vtu", ".vtk")))

@@ -17,10 +17,10 @@ pub(crate) fn column<'py>(py: Python<'py>, values: &[f64]) -> Bound<'py, PyArray
     read_only(&PyArray1::from_slice(py, values))
 }
 
-/// Positions or vectors, n × 3.
+/// Positions or vectors, n × 3, which cannot be written to.
 pub(crate) fn vectors<'py>(py: Python<'py>, x: &[Vec3]) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let flat = x.iter().flat_map(|x| [x.x, x.y, x.z]).collect();
-    PyArray1::from_vec(py, flat).reshape([x.len(), 3])
+    Ok(read_only(&PyArray1::from_vec(py, flat).reshape([x.len(), 3])?))
 }
 
 /// Vertices of triangles, n × 3.
@@ -51,13 +51,17 @@ pub(crate) fn field<'py>(
 /// # Errors
 /// TypeError or ValueError that says what was given.
 pub(crate) fn values(given: &Bound<'_, PyAny>, name: &str, count: usize) -> PyResult<Vec<f64>> {
+    let expected = format!("a number, or an array of {count} numbers");
+    if !is_real(given) {
+        return Err(misfit(given, name, &expected));
+    }
     if let Ok(value) = given.extract::<f64>() {
         return Ok(vec![value; count]);
     }
     let found: Option<PyArrayLike1<'_, f64, numpy::AllowTypeChange>> = given.extract().ok();
     match found.as_ref().map(|column| column.as_array()).filter(|column| column.len() == count) {
         Some(column) => Ok(column.iter().copied().collect()),
-        None => Err(misfit(given, name, &format!("a number, or an array of {count} numbers"))),
+        None => Err(misfit(given, name, &expected)),
     }
 }
 
@@ -66,13 +70,23 @@ pub(crate) fn values(given: &Bound<'_, PyAny>, name: &str, count: usize) -> PyRe
 /// # Errors
 /// TypeError or ValueError that says what was given.
 pub(crate) fn points(given: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<Vec3>> {
+    let expected = format!("an array of shape ({count}, 3)");
+    if !is_real(given) {
+        return Err(misfit(given, "positions", &expected));
+    }
     let found: Option<PyArrayLike2<'_, f64, numpy::AllowTypeChange>> = given.extract().ok();
     match found.as_ref().map(|rows| rows.as_array()).filter(|rows| rows.dim() == (count, 3)) {
         Some(rows) => {
             Ok(rows.rows().into_iter().map(|row| Vec3::new(row[0], row[1], row[2])).collect())
         }
-        None => Err(misfit(given, "positions", &format!("an array of shape ({count}, 3)"))),
+        None => Err(misfit(given, "positions", &expected)),
     }
+}
+
+/// Whether an array, if it is one, has real numbers: NumPy would take the real part of others, and read text.
+fn is_real(given: &Bound<'_, PyAny>) -> bool {
+    let kind = given.getattr("dtype").and_then(|kind| kind.getattr("kind")?.extract::<String>());
+    kind.map_or(true, |kind| ["b", "i", "u", "f", "O"].contains(&kind.as_str()))
 }
 
 fn misfit(given: &Bound<'_, PyAny>, name: &str, expected: &str) -> PyErr {

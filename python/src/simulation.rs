@@ -61,6 +61,11 @@ impl Simulation {
         if until.is_nan() {
             return Err(PyValueError::new_err("until is NaN"));
         }
+        let time = self.course().engine.state().time;
+        if until < time {
+            let text = format!("until is {until}, before the time {time} of the state");
+            return Err(PyValueError::new_err(text));
+        }
         Ok(until)
     }
 
@@ -188,7 +193,7 @@ impl Simulation {
         [engine.notes(), engine.faults()].concat()
     }
 
-    /// Positions of the vertices, n × 3; a copy.
+    /// Positions of the vertices, n × 3; a read-only copy.
     #[getter]
     fn positions<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         convert::vectors(py, &self.course().engine.state().x)
@@ -203,7 +208,7 @@ impl Simulation {
     /// Positions of the vertices in the reference configuration, n × 3.
     #[getter]
     fn rest_positions<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        Ok(convert::read_only(&convert::vectors(py, self.course().engine.sheet().rest())?))
+        convert::vectors(py, self.course().engine.sheet().rest())
     }
 
     /// Vertices of the triangles, m × 3.
@@ -284,8 +289,9 @@ impl Simulation {
     ) -> PyResult<Bound<'py, PyDict>> {
         let measured =
             self.with(py, |course| Ok(measure(&mut course.engine.evaluate(), level)?))?;
-        let Measures { energy, amplitude, deflection, share, rate, separation, nearest, .. } =
-            measured;
+        let Measures {
+            energy, amplitude, deflection, share, rate, separation, nearest, width, ..
+        } = measured;
         let measures = PyDict::new(py);
         let known = [("energy", energy), ("amplitude", amplitude), ("deflection", deflection)];
         let mut known = known.into_iter().chain([("share", share), ("rate", rate)]);
@@ -293,6 +299,7 @@ impl Simulation {
         measures.set_item("spots", measured.spots)?;
         measures.set_item("separation", separation)?;
         measures.set_item("nearest", nearest)?;
+        measures.set_item("width", width)?;
         Ok(measures)
     }
 

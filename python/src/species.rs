@@ -9,7 +9,7 @@ use crate::convert;
 use crate::course::Course;
 use crate::simulation::Simulation;
 
-/// Values of the species where they live, by name: copies, and to be set.
+/// Values of the species where they live, by name: read-only copies, and to be set.
 #[pyclass(module = "rumple", frozen)]
 pub(crate) struct Species {
     pub(crate) of: Py<Simulation>,
@@ -35,7 +35,7 @@ impl Species {
         let mut simulation = self.of.try_borrow_mut(py)?;
         let course = simulation.course();
         let values = &course.engine.state().species[index(course, name)?];
-        Ok(PyArray1::from_slice(py, values))
+        Ok(convert::column(py, values))
     }
 
     fn __setitem__(&self, py: Python<'_>, name: &str, values: &Bound<'_, PyAny>) -> PyResult<()> {

@@ -55,8 +55,17 @@ def test_what_does_not_fit_is_refused(sim):
     for wrong in [sim.positions[:-1], sim.positions[:, :2]]:
         with pytest.raises(ValueError, match=rf"positions: .* expected an array of shape \({count}, 3\)"):
             sim.positions = wrong
-    sim.species["c"] += 0.5
-    for copy in [sim.rest_positions, sim.triangles, sim.field("c")]:
+    with pytest.raises(ValueError, match="c: an array of complex128 with the shape"):
+        sim.species["c"] = numpy.full(count, 1j)
+    with pytest.raises(ValueError, match="c: an array of complex128"):
+        sim.species["c"] = numpy.complex128(1j)
+    with pytest.raises(ValueError, match="c: an array of <U1 with the shape"):
+        sim.species["c"] = numpy.full(count, "1")
+    with pytest.raises(ValueError, match="positions: an array of complex128"):
+        sim.positions = sim.positions * 1j
+    sim.species["c"] = sim.species["c"] + 0.5
+    (value,) = sim.species.values()
+    for copy in [sim.positions, sim.rest_positions, sim.triangles, sim.field("c"), sim.species["c"], value]:
         with pytest.raises(ValueError, match="read-only"):
             copy[:] = 0
     sim.species["c"] = 0.25
@@ -67,5 +76,12 @@ def test_what_does_not_fit_is_refused(sim):
         sim.positions = wrong
     with pytest.raises((TypeError, ValueError)):
         sim.positions = "here"
-    sim.positions += 0.0
+    sim.positions = sim.positions + 0.0
+    sim.run(until=0.2)
+    for past in [-1, 0.1]:
+        with pytest.raises(ValueError, match="before the time 0.2 of the state"):
+            sim.run(until=past)
+        with pytest.raises(ValueError, match="before the time 0.2 of the state"):
+            sim.step(until=past)
+    assert sim.run(until=0.2) is None or sim.time == 0.2
     assert numpy.isfinite(sim.positions).all()

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::geometry::VertexArea;
 use crate::model::{Evaluation, Model, Start, State};
 use crate::record::{Malformed, Record};
+use crate::sheet::is_turned;
 use crate::solve::equilibrium::Relaxation;
 use crate::solve::{Integrator, Result, SolveError, StepReport, Workspace, chemistry};
 
@@ -101,12 +102,19 @@ impl Stepper {
     /// Brings the shape into equilibrium with its species.
     ///
     /// # Errors
-    /// If a law or the relaxation fails; [`SolveError::Start`] if an effect refuses the shape.
+    /// If a law or the relaxation fails; [`SolveError::Start`] if an effect refuses the shape, and [`SolveError::InsideOut`], as in a
+    /// step; the shape is then the one before.
     pub fn relax(&mut self) -> Result<Relaxation> {
         self.check()?;
         let separated = self.check_start()?;
         self.hold();
-        Ok(Relaxation { separated, ..self.workspace.relax(&mut self.state)? })
+        let before = self.state.x.clone();
+        let done = self.workspace.relax(&mut self.state)?;
+        if is_turned(self.workspace.model.sheet(), &before, &self.state.x) {
+            self.state.x = before;
+            return Err(SolveError::InsideOut);
+        }
+        Ok(Relaxation { separated, ..done })
     }
 
     /// Brings the shape and the chemistry towards a rest of both, at the time of the state.

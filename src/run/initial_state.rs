@@ -12,7 +12,8 @@ use crate::num::Short;
 use crate::num::checked::{Finite, Positive};
 use crate::num::index;
 use crate::scene::{
-    self, Direction, FieldFile, Initial, Pattern, Scene, Sequence, SheetSource, path_to,
+    self, Direction, FieldFile, Imperfection, Initial, Pattern, Scene, Sequence, SheetSource,
+    path_to,
 };
 use crate::sheet::{self, Lattice, Sheet, SheetError};
 
@@ -70,7 +71,7 @@ pub(super) fn generated(scene: &Scene, spec: &scene::Shape) -> Result<Sheet> {
 /// The start: rest positions with the imperfection and the bump, the species' first values and those of `internal`
 /// variables.
 pub(super) fn state(scene: &Scene, sheet: &Sheet, model: &Model) -> Result<State> {
-    let x = positions(scene, sheet);
+    let x = positions(scene, sheet, scene.sheet.imperfection.as_ref());
     let species = match model.chemistry() {
         None => Vec::new(),
         Some(chemistry) => species(scene, sheet, chemistry)?,
@@ -91,7 +92,12 @@ pub(super) fn lattice(scene: &Scene) -> Result<Option<Lattice>> {
     made.map(Some).map_err(place)
 }
 
-fn positions(scene: &Scene, sheet: &Sheet) -> Positions {
+/// The positions of the start without the imperfection.
+pub(super) fn smooth_positions(scene: &Scene, sheet: &Sheet) -> Positions {
+    positions(scene, sheet, None)
+}
+
+fn positions(scene: &Scene, sheet: &Sheet, imperfection: Option<&Imperfection>) -> Positions {
     let mut x = Positions::from(sheet);
     let normals = LazyCell::new(|| vertex_normals(sheet, sheet.rest()));
     let along = |direction: Direction, i: usize| match direction {
@@ -99,7 +105,7 @@ fn positions(scene: &Scene, sheet: &Sheet) -> Positions {
         Direction::Normal => normals[i],
     };
     let interior: Vec<usize> = (0..x.len()).filter(|&i| !sheet.boundary()[i]).collect();
-    if let Some(imperfection) = &scene.sheet.imperfection {
+    if let Some(imperfection) = imperfection {
         let mut random = Sequence::new(imperfection.seed, -1.0..=1.0);
         // Of a lattice every vertex has a number drawn, so that a part need not know how many lie in the interior.
         let by_number =

@@ -24,6 +24,7 @@ pub(crate) mod ledger_row;
 mod lints;
 mod observe;
 pub mod overview;
+pub mod pattern;
 mod planar;
 mod prepare;
 mod processor;

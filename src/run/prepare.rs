@@ -150,12 +150,7 @@ fn on(
     let mut stepper = binding::stepper(scene, &problem, &mut setup, &mut notes)?;
     let model = Arc::clone(stepper.model());
     note_model(scene, &model, &mut notes)?;
-    stepper.state = match &of {
-        None => initial_state::state(scene, &sheet, &model)?,
-        Some((around, rank_part)) => {
-            super::ranks::restricted(&rank_part.part, initial_state::state(scene, around, &model)?)
-        }
-    };
+    stepper.state = initial_state(scene, &sheet, of.as_ref(), &model)?;
     let fields = fields(scene, &stepper, material.as_ref())?;
     let invariants = Invariants::of(scene, &mut stepper)?;
     setup.end(stepper.model().tally());
@@ -178,13 +173,36 @@ fn on(
     Ok(simulation)
 }
 
+/// The start, in which the imperfection displaces nothing along fixed directions: what it displaced there would stay.
+fn initial_state(
+    scene: &Scene,
+    sheet: &Sheet,
+    of: Option<&(Sheet, RankPart)>,
+    model: &Model,
+) -> Result<State> {
+    let around = of.map_or(sheet, |(around, _)| around);
+    let here = |state| match of {
+        None => state,
+        Some((_, rank_part)) => super::ranks::restricted(&rank_part.part, state),
+    };
+    let mut state = here(initial_state::state(scene, around, model)?);
+    if scene.sheet.imperfection.is_some() {
+        let x = initial_state::smooth_positions(scene, around);
+        let smooth = here(State { x, ..State::default() });
+        model.mechanics().keep_pins(&smooth.x, &mut state.x);
+    }
+    Ok(state)
+}
+
 /// Takes over the start of a scene that is a frame of another run, and refuses one that no sheet can have: later a run would
 /// end with it.
 fn start(scene: &Scene, simulation: &mut Simulation) -> Result<()> {
     if let Some(path) = &scene.time.span.from {
         Snapshot::take(path, scene, simulation)?;
     }
-    simulation.evaluate().length_factor()?;
+    let factor = simulation.evaluate().length_factor()?.map(std::borrow::Cow::into_owned);
+    let sheet = simulation.stepper.model().sheet();
+    scale_checks::check_length_factor(scene, sheet, &factor.unwrap_or_default())?;
     simulation.evaluate().curvature()?;
     simulation.notes.extend(simulation.stepper.find_breakpoints());
     let Stepper { workspace, state, .. } = &simulation.stepper;

@@ -1,11 +1,13 @@
 //! Everything that is recorded of a run between two steps: observers, events, checkpoints, warnings.
 
-use std::time::Instant;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use super::checkpoint::{Checkpoint, Checkpoints, ResultsSoFar};
 use super::incidents::RunEvents;
 use super::invariants::Invariants;
 use super::observe::{Frames, LedgerRows, Observer, StepInfo, StopRules};
+use super::pattern::{Pattern, resolution_words};
 use super::schedule::OutputSchedule;
 use super::self_intersection::Intersections;
 use super::session::Session;
@@ -175,6 +177,9 @@ impl<'a> Recorder<'a> {
             Err(error) => return Err(self.report_failure(simulation, error)),
         };
         self.report_intersection();
+        if ending.is_some_and(|ending| ending != Ending::Interrupted) {
+            self.report_resolution(simulation);
+        }
         self.schedule.pass(simulation.stepper.state.time);
         // A frame of an interruption is not one of the run without it.
         let extra = ending == Some(Ending::Interrupted) && !scheduled;
@@ -234,6 +239,21 @@ impl<'a> Recorder<'a> {
         self.session.directory.claim().tell(|reached| reached.intersection = last);
         if let Some(text) = intersections.first_message() {
             self.session.progress.message(&text);
+        }
+    }
+
+    /// Says where the pattern of the last state is too narrow for the mesh.
+    fn report_resolution(&mut self, simulation: &mut Simulation) {
+        let Stepper { workspace, state, .. } = &mut simulation.stepper;
+        let sheet = Arc::clone(workspace.model.sheet());
+        // A rank has no pattern but its part of it.
+        if sheet.reduction().distribution().is_some() || sheet.edges().is_empty() {
+            return;
+        }
+        let pattern = Pattern::of(&mut workspace.at(state));
+        let width = pattern.and_then(|pattern| pattern.width(&state.x, &sheet));
+        if let Some(words) = width.and_then(resolution_words) {
+            self.session.progress.message(&words);
         }
     }
 

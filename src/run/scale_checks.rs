@@ -3,15 +3,14 @@
 
 use super::Result;
 use crate::effects::{EnergyTerm, Material, TransportTerm};
+use crate::num::checked::{LARGEST, SMALLEST};
 use crate::num::{Short, real};
 use crate::problem::{Part, ProblemError};
 use crate::scene::Scene;
 use crate::sheet::Sheet;
 
-/// Moduli, lengths and forces stay between these: squares and products of two must be numbers.
-const SMALLEST: f64 = 1e-100;
-/// See [`SMALLEST`].
-const LARGEST: f64 = 1e100;
+/// The range of length factors at the start: relaxations from further away do not end.
+const LENGTH_FACTORS: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 
 fn representable(value: f64) -> bool {
     (SMALLEST..=LARGEST).contains(&value)
@@ -104,6 +103,24 @@ pub(super) fn check_transport(
     );
     let help = format!("at most {LARGEST:e}: choose other units");
     Err(ProblemError::new(Part::Effect(number, transport.speed_key().into()), message, Some(&help)))
+}
+
+/// Inspects the length factors of the edges at the start.
+///
+/// # Errors
+/// The law, or else the effects, if one is too large or too small.
+pub(super) fn check_length_factor(scene: &Scene, sheet: &Sheet, factor: &[f64]) -> Result<()> {
+    let Some(e) = factor.iter().position(|factor| !LENGTH_FACTORS.contains(factor)) else {
+        return Ok(());
+    };
+    let ([a, b], value) = (sheet.edges()[e].vertices, short(factor[e]));
+    let message = format!(
+        "the length factor of laws and growth together is {value} between vertices {a} and {b} at the start, outside the range that can be computed \
+            with"
+    );
+    let (from, to) = (LENGTH_FACTORS.start(), LENGTH_FACTORS.end());
+    let key = if scene.kinetics.is_empty() { "effect" } else { "kinetics" };
+    Err(scene.error_at(key, &message, Some(&format!("between {from:e} and {to:e}"))).into())
 }
 
 /// In a few digits.

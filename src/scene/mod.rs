@@ -363,11 +363,15 @@ fn check(mut root: Node, origin: Origin) -> Result<Scene, SceneError> {
     let (Some(sheet), Some(time), Some(equilibrium)) = (sheet, time, equilibrium) else {
         return Err(origin.error(&DocumentError::plain("the scene is incomplete")));
     };
-    if let Err(mut problem) = output.check_frames(&time.span) {
-        if let Some((_, every)) = origin.index.find_nearest("output.every") {
+    let saved = |checkpoint: &CheckpointSpec| checkpoint.every;
+    let saved =
+        checkpoint.as_ref().and_then(saved).map_or(Ok(()), |e| time.span.check_multiples(e));
+    for (table, checked) in [("output", output.check_frames(&time.span)), ("checkpoint", saved)] {
+        let Err(mut problem) = checked else { continue };
+        if let Some((_, every)) = origin.index.find_nearest(&format!("{table}.every")) {
             problem = problem.placed(every);
         }
-        return Err(origin.error(&problem.under("output")));
+        return Err(origin.error(&problem.under(table)));
     }
     Ok(Scene {
         sheet,

@@ -51,28 +51,21 @@ impl Default for OutputSpec {
 }
 
 impl OutputSpec {
-    /// Refuses more frames than a run can have, or closer ones than times can be distinguished.
+    /// Refuses more frames than a run can have.
     pub(crate) fn check_frames(&self, span: &Span) -> Result<(), DocumentError> {
         let (Some(every), until) = (self.every, span.until.get()) else { return Ok(()) };
         let asked = until / every.get();
         let frames = span.max_steps.map_or(asked, |most| asked.min(real(most.get())));
-        let every = Short(every.get());
         if frames > MAX_FRAMES {
             let message = format!(
-                "every = {every} to time.until = {} asks for {frames:.1e} frames; at most \
+                "every = {} to time.until = {} asks for {frames:.1e} frames; at most \
                  {MAX_FRAMES:e} are allowed",
+                Short(every.get()),
                 Short(until)
             );
             let least = Short(until / MAX_FRAMES);
             return Err(DocumentError::plain(message).help(format!("every = {least} or longer")));
         }
-        if asked > f64::EPSILON.recip() {
-            let message = format!(
-                "every = {every} is too short for times up to time.until = {} to differ",
-                Short(until)
-            );
-            return Err(DocumentError::plain(message));
-        }
-        Ok(())
+        span.check_multiples(every)
     }
 }

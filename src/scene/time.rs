@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use crate::model::{Policy, Start};
+use crate::num::Short;
 use crate::num::checked::{AtLeast, Fraction, Positive};
 use crate::solve::{
     DEFAULT_INTEGRATOR, IntegratorSpec, POINT_INTEGRATOR, POINT_TOLERANCE,
@@ -52,6 +53,22 @@ pub struct Span {
     /// Stop after this many steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_steps: Option<AtLeast<1>>,
+}
+
+impl Span {
+    /// Refuses multiples of `every` that are closer than times of the run can be distinguished.
+    pub(super) fn check_multiples(&self, every: Positive) -> Result<(), DocumentError> {
+        let (every, until) = (every.get(), self.until.get());
+        if until / every <= f64::EPSILON.recip() {
+            return Ok(());
+        }
+        let message = format!(
+            "every = {} is too short for times up to time.until = {} to differ",
+            Short(every),
+            Short(until)
+        );
+        Err(DocumentError::plain(message))
+    }
 }
 
 /// Methods that are taken for integrators, and whose they are.

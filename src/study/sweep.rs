@@ -28,6 +28,7 @@ use crate::num::real;
 use crate::output::SelfIntersection;
 use crate::output::picture::Picture;
 use crate::output::plot::{Figure, Panel, label};
+use crate::run::pattern::resolution_words;
 use crate::run::{Error, Result};
 
 /// Names of the files that gather a sweep.
@@ -105,11 +106,12 @@ const SPOTS: &str = "spots";
 const REGIONS: &str = "regions above the level";
 
 /// Results of a member: titles with units, and numbers.
-const RESULTS: [(&str, NumberOf); 8] = [
+const RESULTS: [(&str, NumberOf); 9] = [
     ("time", |f| Some(last(f)?.time)),
     (SPOTS, |f| Some(real(last(f)?.spots))),
     ("separation d [length]", |f| last(f)?.separation),
     ("nearest centres [length]", |f| last(f)?.nearest),
+    ("pattern width [edges]", |f| last(f)?.width),
     ("share", |f| Some(last(f)?.share)),
     ("amplitude [length]", |f| Some(last(f)?.amplitude)),
     ("energy [energy]", |f| Some(last(f)?.energy)),
@@ -232,6 +234,9 @@ pub fn markdown(plan: &Plan, members: &[MemberResults]) -> String {
     }
     for found in members {
         if let Some(words) = found.intersection.and_then(SelfIntersection::words) {
+            notes += &format!("* {}: {words}\n", found.name);
+        }
+        if let Some(words) = last(found).and_then(|m| m.width).and_then(resolution_words) {
             notes += &format!("* {}: {words}\n", found.name);
         }
     }

@@ -62,6 +62,12 @@ fn without_contact_the_crushed_shell_turns_inside_out() {
     let (_, mut simulation) = prepare(&text, &[]);
     let error = simulation.prepare().unwrap_err();
     assert!(error.to_string().contains("inside out"), "{error}");
+    // `inspect --relax` judges as a run does, and leaves the shape as it was.
+    let (_, mut simulation) = prepare(&text, &[]);
+    let before = simulation.state().x.clone();
+    let error = simulation.relax().unwrap_err();
+    assert!(error.to_string().contains("inside out"), "{error}");
+    assert_eq!(simulation.state().x, before);
 }
 
 #[test]

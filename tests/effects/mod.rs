@@ -11,6 +11,7 @@ mod hard_contact;
 mod internal;
 mod mesh_obstacle;
 mod planted;
+mod prescribed;
 mod pressed;
 mod problem;
 mod proximity;

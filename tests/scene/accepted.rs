@@ -55,11 +55,11 @@ fn a_scene_with_every_table() {
 fn resolved_reads_back_as_the_same_scene() {
     let initial = [
         "initial.a = { rectangle = { size = [1, 2], value = 3 } }",
-        "initial.b = { stripe = { width = 0.1, value = 1e-300 } }",
+        "initial.b = { stripe = { width = 0.1, value = 1e-99 } }",
         "initial.d = { spots = [{ width = 1, amplitude = 2 }, { width = 3, amplitude = -1 }] }",
         "initial.e = { random = { mean = 0.5, amplitude = 1 } }",
         "initial.f = { file = \"a b.vtu\", array = \"c\" }",
-        "initial.\"odd. key\" = 1.7976931348623157e308",
+        "initial.\"odd. key\" = 1.7976931348623157e99",
     ];
     let text = SCENE.replacen("initial.m = 0.25", &initial.join("\n"), 1);
     for sheet in [

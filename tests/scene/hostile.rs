@@ -21,6 +21,39 @@ fn survive(text: &str, overrides: &[String]) -> bool {
     }
 }
 
+/// Every number has a range of sizes: what is made of others overflows, or does not end.
+#[test]
+fn numbers_beyond_all_sizes_are_refused_at_their_keys() {
+    for key in [
+        "sheet.radius",
+        "sheet.imperfection.amplitude",
+        "sheet.bump.amplitude",
+        "sheet.bump.width",
+        "material.young",
+        "material.poisson",
+        "material.thickness",
+        "material.drag",
+        "kinetics.initial.m",
+        "kinetics.initial.c.gaussian.width",
+        "kinetics.initial.c.gaussian.amplitude",
+        "time.until",
+        "time.stop_when_steady",
+        "time.stabilisation",
+        "time.integrator.rtol",
+        "output.every",
+        "checkpoint.every",
+        "checkpoint.wall",
+        "stability.perturb",
+        "effect[0].stiffness",
+    ] {
+        for value in ["1e300", "-1e300", "1e-300", "5e-324", "inf", "nan"] {
+            let error = super::refused(super::SCENE, &[&format!("{key}={value}")]);
+            let last = key.rsplit('.').next().unwrap();
+            assert!(error.to_string().contains(last), "{key} = {value}: {error}");
+        }
+    }
+}
+
 #[test]
 fn every_truncation() {
     for end in (0..SCENE.len()).filter(|end| SCENE.is_char_boundary(*end)) {

@@ -56,6 +56,58 @@ fn text_and_binary_files_of_one_mesh_are_the_same_sheet() {
     assert_eq!(of("quads-little.ply"), of("quads-big.ply"));
 }
 
+/// Valid files of other programs: they were refused, or read as no mesh.
+#[test]
+fn other_spellings_of_a_mesh_are_the_same_mesh() {
+    let of = |name: &str| std::fs::read(data(name)).unwrap();
+    let text = |name: &str| String::from_utf8(of(name)).unwrap();
+    let marked = |text: &str| ["\u{feff}", text].concat();
+    let returns = |text: &str| text.replace('\n', "\r");
+    let stl = text("gmsh-ascii.stl");
+    let mut binary = of("gmsh-binary.stl");
+    binary[..80].copy_from_slice(&[b"solid ".as_slice(), &[0; 74]].concat());
+    binary.extend_from_slice(b"of another program");
+    let msh = text("gmsh-22-ascii.msh");
+    let entity = |line: &str| {
+        if line.split(' ').count() == 4 { format!("{line} 2 1 0.5 0.5") } else { line.into() }
+    };
+    let (head, rest) = msh.split_once("$Elements").unwrap();
+    let head: Vec<String> = head.lines().map(entity).collect();
+    let parametric =
+        format!("{}\n$Elements{rest}", head.join("\n")).replace("Nodes", "ParametricNodes");
+    let ply = text("quads-ascii.ply");
+    for (name, changed) in [
+        ("gmsh-ascii.stl", stl.to_uppercase().into_bytes()),
+        ("gmsh-ascii.stl", marked(&stl).into_bytes()),
+        ("gmsh-ascii.stl", returns(&stl).into_bytes()),
+        ("gmsh-binary.stl", binary),
+        ("gmsh-22-ascii.msh", parametric.into_bytes()),
+        ("gmsh-22-ascii.msh", marked(&msh).into_bytes()),
+        ("gmsh-22-ascii.msh", returns(&msh).into_bytes()),
+        ("quads-ascii.ply", marked(&ply).into_bytes()),
+        ("quads-ascii.ply", returns(&ply).into_bytes()),
+        ("legacy-51-ascii.vtk", returns(&text("legacy-51-ascii.vtk")).into_bytes()),
+    ] {
+        let ending = name.rsplit('.').next().unwrap();
+        let other = parsed(&changed, ending).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let expected = read_data(name);
+        let points = other.points.iter().zip(&expected.points);
+        assert!(points.clone().all(|(p, q)| (p - q).norm() < 1e-6), "{name}");
+        assert_eq!(
+            (points.count(), &other.triangles),
+            (expected.points.len(), &expected.triangles),
+            "{name}"
+        );
+    }
+    let obj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n";
+    let broken = "v 0 \\\n0 0\nv 1 0 0\nv \\\r\n1 1 \\ \n0\nv 0 1 0\nf 1 2 3\nf 1 \\\n3 \\\n4\n";
+    for changed in [broken.to_owned(), marked(obj), returns(obj)] {
+        let (other, expected) = (parsed(changed.as_bytes(), "obj"), parsed(obj.as_bytes(), "obj"));
+        let (other, expected) = (other.unwrap(), expected.unwrap());
+        assert_eq!((other.points, other.triangles), (expected.points, expected.triangles));
+    }
+}
+
 #[test]
 fn polygons_are_cut_into_their_best_triangles() {
     // The short diagonal of a quadrilateral, whichever corner comes first.

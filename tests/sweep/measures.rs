@@ -1,5 +1,6 @@
 //! Spots, their separation and their centres on patterns with known answers.
 
+use std::fs;
 use std::process::Command;
 
 use rumple::Vec3;
@@ -11,6 +12,19 @@ use crate::run::SMALL;
 
 /// Discs of c = 1 with a smooth edge, around `centres`, on a rectangle of 40 × 20 with 6000 vertices.
 fn measured(location: &str, centres: &[(f64, f64)], radius: f64, level: Option<f64>) -> Measures {
+    let value = |x: &Vec3| {
+        let distance = |c: &(f64, f64)| (x.x - c.0).hypot(x.y - c.1);
+        let nearest = centres.iter().map(distance).fold(f64::INFINITY, f64::min);
+        1.0 / (1.0 + (4.0 * (nearest - radius)).exp())
+    };
+    measured_of(location, value, level)
+}
+
+fn width(location: &str, value: impl Fn(&Vec3) -> f64) -> Option<f64> {
+    measured_of(location, value, None).width
+}
+
+fn measured_of(location: &str, value: impl Fn(&Vec3) -> f64, level: Option<f64>) -> Measures {
     let scene = format!(
         r#"
         sheet = {{ shape = "rectangle", width = 40.0, height = 20.0, vertices = 6000 }}
@@ -27,11 +41,6 @@ fn measured(location: &str, centres: &[(f64, f64)], radius: f64, level: Option<f
             let centre = |t: &[u32; 3]| t.iter().map(|v| sheet.rest()[*v as usize]).sum::<Vec3>();
             sheet.triangles().iter().map(|t| centre(t) / 3.0).collect()
         }
-    };
-    let value = |x: &Vec3| {
-        let distance = |c: &(f64, f64)| (x.x - c.0).hypot(x.y - c.1);
-        let nearest = centres.iter().map(distance).fold(f64::INFINITY, f64::min);
-        1.0 / (1.0 + (4.0 * (nearest - radius)).exp())
     };
     simulation.state_mut().species[0] = places.iter().map(value).collect();
     measure(&mut simulation.evaluate(), level).unwrap()
@@ -53,6 +62,44 @@ fn spots_of_known_size_and_place_are_found() {
         assert_eq!((found.amplitude, found.energy), (0.0, 0.0));
         assert!((found.rate - 2.0).abs() < 0.01, "{found:?}");
     }
+}
+
+/// Spots of a pattern narrower than the mesh were counted without a word.
+#[test]
+fn the_width_of_a_pattern_is_half_a_wave_in_edges() {
+    for location in ["vertex", "face"] {
+        for waves in [1.0, 2.0, 4.0, 8.0] {
+            let found =
+                width(location, |x| 1.0 + 0.3 * (0.05 * std::f64::consts::PI * waves * x.x).cos());
+            // A triangle of 800/12000 has an edge of 0.39.
+            let edge = (4.0 / 3f64.sqrt() * 800.0 / 11800.0).sqrt();
+            let expected = 20.0 / waves / edge;
+            let error = found.unwrap() / expected - 1.0;
+            assert!(error.abs() < 0.08, "{location}, {waves} waves: {found:?}, {expected}");
+        }
+        assert_eq!(width(location, |_| 0.3), None);
+        assert_eq!(width(location, |x| 0.3 + 1e-9 * x.y), None);
+    }
+    assert!(rumple::run::pattern::resolution_words(5.9).is_some());
+    assert_eq!(rumple::run::pattern::resolution_words(6.1), None);
+}
+
+/// A run and a sweep say so.
+#[test]
+fn a_pattern_that_the_mesh_does_not_resolve_is_named() {
+    let folder = folder(
+        "sheet = { shape = 'rectangle', width = 40.0, height = 20.0, vertices = 500 }\ntime = { until = 0.1 }\n\
+         kinetics = { rates = { c = '0*c' }, initial = { c = { formula = '1 + cos(1.5*x)' } } }\n",
+    );
+    let ran = rumple(folder.path(), &["run", "scene.toml", "--out", "out"]);
+    assert!(text(&ran.stderr).contains("edges wide: below 6"), "{}", text(&ran.stderr));
+    let over = "sheet.vertices=500,8000";
+    let ran = rumple(folder.path(), &["sweep", "scene.toml", "--over", over, "--out", "sweep"]);
+    assert!(ran.status.success(), "{}", text(&ran.stderr));
+    let page = fs::read_to_string(folder.path().join("sweep/sweep.md")).unwrap();
+    let named: Vec<&str> = page.lines().filter(|line| line.contains("edges wide")).collect();
+    assert!(named.len() == 1 && named[0].contains("500"), "{page}");
+    assert!(page.contains("pattern width [edges]"), "{page}");
 }
 
 #[test]

@@ -69,6 +69,7 @@ pub(super) fn complete(plan: &Plan, number: usize, spots: usize, value: f64) -> 
         separation: Some(3.0 + value),
         nearest: None,
         share: 0.5,
+        width: None,
         rate: 0.0,
     };
     let values = sheet.rest().iter().map(|x: &Vec3| value + 0.01 * x.y).collect();

@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use super::field::named;
 use super::{Effect, EffectContext, EffectError, EffectSpec, Fibre, Needs};
+use crate::num::checked::Finite;
 
 /// Parameters in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -26,7 +27,7 @@ pub struct DirectedGrowth {
     pub fibre: Fibre,
     /// The exponent p of growth across it; 0 without one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub across: Option<f64>,
+    pub across: Option<Finite>,
 }
 
 #[typetag::serialize(name = "directed-growth")]
@@ -63,10 +64,7 @@ impl EffectSpec for DirectedGrowth {
             let message = "the law gives a length factor across the fibre itself".into();
             return refuse(message, "leave across out, or length_factor_across of [kinetics]");
         }
-        let across = self.across.unwrap_or(0.0);
-        if !across.is_finite() {
-            return refuse(format!("the exponent is {across}"), "a finite number");
-        }
+        let across = self.across.map_or(0.0, Finite::get);
         let cos_squared = self.fibre.cos_squared_of_edges(context)?;
         let direction = DirectedLengthFactor { cos_squared, across };
         Ok(Effect { direction: Some(direction), ..Effect::default() })

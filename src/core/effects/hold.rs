@@ -52,6 +52,13 @@ impl Held {
         &self.points
     }
 
+    /// Whether it holds `species` at `point`.
+    #[must_use]
+    pub(crate) fn holds(&self, species: usize, point: usize) -> bool {
+        let found = || self.points.binary_search_by_key(&point, |(point, _)| *point);
+        self.species == species && found().is_ok()
+    }
+
     /// A point that `other` holds at another value.
     #[must_use]
     pub(crate) fn conflict(&self, other: &Self) -> Option<usize> {

@@ -99,6 +99,7 @@ pub struct Inflow {
     name: &'static str,
     key: &'static str,
     species: usize,
+    location: Location,
     measure: Measure,
     inlets: Vec<Inlet>,
 }
@@ -159,7 +160,7 @@ impl Inflow {
             inlet.rest_area = inlet.m_and_area(sheet.rest())[1];
             inlet
         });
-        Ok(Self { name, key, species, measure, inlets: inlets.collect() })
+        Ok(Self { name, key, species, location, measure, inlets: inlets.collect() })
     }
 
     /// `m/a` and `ρ/value`, with `a` the area that the value is counted per.
@@ -234,6 +235,24 @@ impl Transport for Inflow {
 
     fn speed_key(&self) -> &'static str {
         self.key
+    }
+
+    fn flux_edges(&self) -> Vec<[usize; 2]> {
+        let flows = |inlet: &&Inlet| inlet.supply != 0.0 || inlet.loss != 0.0;
+        let inlets = self.inlets.iter().filter(flows);
+        let edges = |inlet: &Inlet| {
+            let (point, place) = (inlet.point, self.location);
+            inlet
+                .facets
+                .iter()
+                .filter_map(move |(facet, _)| match *facet {
+                    Facet::Edge(ends) if place == Location::Vertex => Some(ends),
+                    Facet::Edge(_) => Some([point; 2]),
+                    Facet::Triangle(_) => None,
+                })
+                .collect::<Vec<_>>()
+        };
+        inlets.flat_map(edges).collect()
     }
 
     fn assemble(&self, _: &Sheet, x: &[Vec3], operator: &mut InflowOperator) {

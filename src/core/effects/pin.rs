@@ -10,7 +10,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::ramp::RampFactor;
-use super::{Effect, EffectContext, EffectError, EffectSpec, Needs, Ramp, Region};
+use super::{Effect, EffectContext, EffectError, EffectSpec, Needs, Pins, Ramp, Region};
 use crate::Vec3;
 use crate::kinetics::breakpoints::TimeDependence;
 use crate::num::checked::Finite;
@@ -43,20 +43,40 @@ pub struct PrescribedDisplacement {
 }
 
 impl PrescribedDisplacement {
-    /// A vertex and an axis that both prescribe, with different positions at one of these times.
+    /// A vertex and an axis that both prescribe, with different positions at a time up to `until`.
     #[must_use]
-    pub(crate) fn conflict(&self, other: &Self, times: &[f64]) -> Option<(usize, usize)> {
-        let axis = (0..3).find(|&a| {
+    pub(crate) fn conflict(&self, other: &Self, until: f64) -> Option<(usize, usize)> {
+        // Both are in ascending order.
+        let shared = |v: &&usize| other.vertices.binary_search(v).is_ok();
+        let vertex = *self.vertices.iter().find(shared)?;
+        let mut times = self.factor.samples(until);
+        times.extend(other.factor.samples(until));
+        let differ = |a: usize| {
             let at = |one: &Self, t: f64| one.factor.at(t) * one.displacement[a];
-            let differ = |t: &f64| {
+            times.iter().any(|t| {
                 let (mine, theirs) = (at(self, *t), at(other, *t));
                 (mine - theirs).abs() > 1e-12 * mine.abs().max(theirs.abs())
-            };
-            self.axes[a] && other.axes[a] && times.iter().any(differ)
-        })?;
-        // Both are in ascending order.
-        let both = self.vertices.iter().find(|v| other.vertices.binary_search(v).is_ok());
-        both.map(|vertex| (*vertex, axis))
+            })
+        };
+        let axis = (0..3).find(|&a| self.axes[a] && other.axes[a] && differ(a))?;
+        Some((vertex, axis))
+    }
+
+    /// A vertex and an axis of `fixed` along which it leaves the start at a time up to `until`.
+    #[must_use]
+    pub(crate) fn leaves(&self, fixed: &Pins, until: f64) -> Option<(usize, usize)> {
+        let moved = |a: usize| self.axes[a] && self.displacement[a] != 0.0;
+        let both = |v: usize| (0..3).find(|&a| moved(a) && fixed[v][a]).map(|a| (v, a));
+        let shared = self.vertices.iter().find_map(|v| both(*v))?;
+        let leaves = self.factor.samples(until).iter().any(|t| self.factor.at(*t) != 0.0);
+        leaves.then_some(shared)
+    }
+
+    /// Takes its directions out of `fixed`.
+    pub(crate) fn take_from(&self, fixed: &mut Pins) {
+        for &v in &self.vertices {
+            (0..3).filter(|&a| self.axes[a]).for_each(|a| fixed[v][a] = false);
+        }
     }
 
     /// Sets the fixed components of `x` to where they are at `time`.

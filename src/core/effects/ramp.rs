@@ -11,7 +11,7 @@ use super::EffectError;
 use crate::Vec3;
 use crate::kinetics::breakpoints::{self, TimeDependence};
 use crate::kinetics::formula::FieldFormula;
-use crate::num::checked::Finite;
+use crate::num::checked::{Finite, LARGEST};
 
 /// A factor of time as a scene gives it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -75,10 +75,10 @@ impl RampFactor {
             }
         });
         let start = made.at(0.0);
-        if !start.is_finite() {
+        if !(start.abs() <= LARGEST) {
             return refuse(
                 format!("the ramp is {start} at time 0"),
-                Some("it must be a finite number at every time of the run".into()),
+                Some(format!("its size must be at most {LARGEST:e} at every time of the run")),
             );
         }
         Ok(made)
@@ -137,6 +137,18 @@ impl RampFactor {
     pub(super) fn time_dependence_of(ramp: Option<&Ramp>, until: f64) -> TimeDependence {
         Self::new(ramp)
             .map_or_else(|_| TimeDependence::default(), |ramp| ramp.time_dependence(until))
+    }
+
+    /// Times from 0 to `until` at which factors that differ do: breakpoints, and two within each interval of them.
+    #[must_use]
+    pub(crate) fn samples(&self, until: f64) -> Vec<f64> {
+        let mut ends = self.time_dependence(until).breakpoints;
+        ends.extend([0.0, until]);
+        ends.sort_unstable_by(f64::total_cmp);
+        let within = |ends: &[f64]| [0.31, 0.62].map(|share| ends[0] + share * (ends[1] - ends[0]));
+        let inner: Vec<f64> = ends.windows(2).flat_map(within).collect();
+        ends.extend(inner);
+        ends
     }
 
     /// Largest factor of points; 1 of a formula, which may have none.

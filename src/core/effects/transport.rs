@@ -44,6 +44,12 @@ pub trait Transport: Send + Sync + 'static {
         "coefficient"
     }
 
+    /// The two points of every boundary edge through which it prescribes a flux (Neumann, Robin); a triangle twice where
+    /// species live on faces.
+    fn flux_edges(&self) -> Vec<[usize; 2]> {
+        Vec::new()
+    }
+
     /// Whether its operator on any shape is that of `other`: one then serves both.
     fn has_operator_of(&self, _other: &Self) -> bool {
         false
@@ -196,6 +202,7 @@ any_transport! {
     has_sources() -> bool;
     diffusivity() -> Option<Values>;
     speed_key() -> &'static str;
+    flux_edges() -> Vec<[usize; 2]>;
     add_rate(sheet: &Sheet, operator: &Operator, c: &[f64], out: &mut [f64]);
     spectral_bound(operator: &Operator) -> f64;
     entries(sheet: &Sheet, operator: &Operator, emit: &mut dyn FnMut(usize, usize, f64));

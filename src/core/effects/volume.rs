@@ -35,8 +35,12 @@ use super::{
 use crate::Vec3;
 use crate::geometry::{Shape, volume};
 use crate::kinetics::breakpoints::TimeDependence;
+use crate::num::Short;
 use crate::num::checked::Positive;
 use crate::sheet::Sheet;
+
+/// Shares of the volume at rest that a target may begin with: a relaxation to others does not end.
+const SHARES: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 
 /// Parameters of an enclosed volume in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -111,6 +115,14 @@ impl EffectSpec for Volume {
             VolumeTarget::Value(value) => value.get(),
         };
         let factor = RampFactor::new(self.ramp.as_ref())?;
+        let share = factor.at(0.0) * target / at_rest;
+        if share > 0.0 && !SHARES.contains(&share) {
+            return refuse(
+                if self.ramp.is_some() { "ramp" } else { "target" },
+                &format!("the target volume at time 0 is {} of the volume at rest", Short(share)),
+                "between 1e-6 and 1e6 of it; a ramp leads further away",
+            );
+        }
         if !(factor.at(0.0) > 0.0) {
             return refuse(
                 "ramp",

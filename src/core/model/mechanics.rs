@@ -188,7 +188,7 @@ impl Mechanics {
     }
 
     /// Puts the fixed directions of `to` where `from` has them.
-    pub(crate) fn keep_pins(&self, from: &[Vec3], to: &mut [Vec3]) {
+    pub fn keep_pins(&self, from: &[Vec3], to: &mut [Vec3]) {
         for &i in &self.pinned {
             for a in (0..3).filter(|a| self.pins[i][*a]) {
                 to[i][a] = from[i][a];

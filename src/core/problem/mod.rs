@@ -26,6 +26,7 @@
 
 mod error;
 mod integrator;
+mod prescriptions;
 mod setup;
 
 use std::ops::Deref;

@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use super::integrator::unsupported;
+use super::prescriptions::Prescriptions;
 use super::{Law, OnEffect, Part, Problem, ProblemError};
 use crate::effects::{
     DirectedLengthFactor, Effect, EffectContext, EffectError, Held, InternalVariables,
-    LengthFactor, MaterialField, PrescribedDisplacement, TransportTerm, Values,
+    LengthFactor, MaterialField, TransportTerm, Values,
 };
 use crate::geometry::{VertexArea, face_areas};
 use crate::kinetics::{Location, Signal, SignalRead};
@@ -198,7 +199,7 @@ impl Problem<'_> {
             measure: law.map(|law| law.measure).unwrap_or_default(),
             read: self.read,
         };
-        let mut all = BoundEffects::default();
+        let (mut all, mut prescriptions) = (BoundEffects::default(), Prescriptions::default());
         all.mechanics.planar = self.planar;
         all.mechanics.tally = self.tally.clone();
         all.mechanics.pins = vec![[false; 3]; self.sheet.vertex_count()];
@@ -216,8 +217,7 @@ impl Problem<'_> {
                 return Err(ProblemError::new(part, message, Some("leave out one of the two")));
             }
             self.check_effect_on_ranks(number, &effect)?;
-            self.check_prescribed(number, &all.mechanics.prescribed, &effect.prescribed)?;
-            check_held(number, &all.held, &effect.held)?;
+            prescriptions.add(number, &effect, self.until)?;
             check_internal(number, &all.internal, &effect.internal)?;
             let crosses = effect.transports.iter().any(|t| {
                 t.read_species() != t.species()
@@ -226,6 +226,7 @@ impl Problem<'_> {
             all.crossing = all.crossing.or(crosses.then_some(number));
             all.add(effect);
         }
+        prescriptions.check_fluxes(&all.transports)?;
         let across =
             law.is_some_and(|law| law.kinetics.descriptor().capabilities.length_factor_across);
         if across && all.direction.is_none() {
@@ -235,28 +236,6 @@ impl Problem<'_> {
             return Err(ProblemError::new(Part::Law, message, Some(help)));
         }
         Ok(all)
-    }
-
-    /// Refuses prescribed positions of effect `number` that contradict those of an `earlier` one.
-    fn check_prescribed(
-        &self,
-        number: usize,
-        earlier: &[PrescribedDisplacement],
-        new: &[PrescribedDisplacement],
-    ) -> Result<(), ProblemError> {
-        let times = [0.0, 0.31, 0.62, 1.0].map(|share| share * self.until);
-        for new in new {
-            let contradiction = earlier.iter().find_map(|old| new.conflict(old, &times));
-            if let Some((vertex, axis)) = contradiction {
-                let axis = ["x", "y", "z"][axis];
-                let message =
-                    format!("an earlier pin moves vertex {vertex} along {axis} to another place");
-                let help = "let the regions or the axes of the two differ";
-                let part = Part::Effect(number, "displacement".into());
-                return Err(ProblemError::new(part, message, Some(help)));
-            }
-        }
-        Ok(())
     }
 
     /// How the shape is relaxed; `None` where it does not move.
@@ -342,23 +321,6 @@ impl Problem<'_> {
         }
         Ok(drag)
     }
-}
-
-/// Refuses values held by effect number `number` that contradict those of an `earlier` one.
-fn check_held(number: usize, earlier: &[Held], new: &[Held]) -> Result<(), ProblemError> {
-    for new in new {
-        if let Some(point) = earlier.iter().find_map(|old| new.conflict(old)) {
-            let message =
-                format!("an earlier effect holds the species at point {point} at another value");
-            let help = "let the regions of the two differ, or their values agree";
-            return Err(ProblemError::new(
-                Part::Effect(number, "value".into()),
-                message,
-                Some(help),
-            ));
-        }
-    }
-    Ok(())
 }
 
 /// Refuses internal variables of effect number `number` that are called as those of an `earlier` one, or that multiply

@@ -88,7 +88,13 @@ macro_rules! checked_number {
     };
 }
 
-/// Reads a number and checks it; the words of `range` complete the sentence "… must be …".
+/// The least size of a number but 0 that is read: squares and products of two are numbers.
+pub const SMALLEST: f64 = 1e-100;
+
+/// The greatest size of a number that is read: see [`SMALLEST`].
+pub const LARGEST: f64 = 1e100;
+
+/// Reads a number and checks it, and its size; the words of `range` complete the sentence "… must be …".
 ///
 /// # Errors
 /// What is read is not a number, or `check` gives `None` for it.
@@ -98,7 +104,12 @@ pub fn in_range<'de, D: Deserializer<'de>, T>(
     range: &str,
 ) -> Result<T, D::Error> {
     let value = f64::deserialize(deserializer)?;
-    check(value).ok_or_else(|| D::Error::invalid_value(Unexpected::Float(value), &range))
+    let wrong = |range: &str| D::Error::invalid_value(Unexpected::Float(value), &range);
+    let checked = check(value).ok_or_else(|| wrong(range))?;
+    match value == 0.0 || (SMALLEST..=LARGEST).contains(&value.abs()) {
+        true => Ok(checked),
+        false => Err(wrong(&format!("{range}, of a size between {SMALLEST:e} and {LARGEST:e}"))),
+    }
 }
 
 checked_number!(Finite, "Any finite number.", "a finite number", |x| true);

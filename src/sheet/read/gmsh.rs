@@ -64,6 +64,11 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
                 mesh.nodes()?;
                 nodes = true;
             }
+            "ParametricNodes" if version == Version::Two => {
+                mesh.begin()?;
+                mesh.parametric_nodes()?;
+                nodes = true;
+            }
             "Elements" => {
                 mesh.begin()?;
                 mesh.elements()?;
@@ -224,6 +229,27 @@ impl Mesh<'_> {
                     let number = self.number(&what)?;
                     self.node(number, parameters, &what)?;
                 }
+            }
+        }
+        Ok(())
+    }
+
+    /// Nodes of version 2 with the entity that they lie on and their parameters there, which are left aside.
+    fn parametric_nodes(&mut self) -> Result<(), String> {
+        let count = self.text_count("the number of nodes")?;
+        for k in 0..count {
+            let what = format!("node {k}");
+            let number = self.number(&what)?;
+            self.node(number, 0, &what)?;
+            if self.stream.coding == Coding::Text {
+                // Nodes without parameters have none, whatever the entity.
+                self.stream.line();
+                continue;
+            }
+            let dimension = self.int(&what)?;
+            self.int(&what)?;
+            for _ in 0..dimension % 3 {
+                self.stream.real(Scalar::F64, &what)?;
             }
         }
         Ok(())

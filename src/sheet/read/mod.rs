@@ -18,6 +18,7 @@ mod vtk;
 mod vtkhdf;
 mod xml;
 
+use std::borrow::Cow;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
@@ -75,11 +76,22 @@ pub fn surface(path: impl AsRef<Path>) -> Result<Surface, SheetError> {
             true => Err(format!("{} is an index itself", piece.display())),
             false => surface(piece).map_err(|e| e.to_string()),
         }),
-        _ => parse(&bytes),
+        _ => parse(&plain(&bytes)),
     }
     .map_err(wrong)?;
     surface.path = Some(path.to_owned());
     Ok(surface)
+}
+
+/// Text as the readers take it: without a byte order mark, and with line ends of which a line feed is part.
+fn plain(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let head = &bytes[..bytes.len().min(4096)];
+    let feeds = head.contains(&b'\n') || !head.contains(&b'\r');
+    if feeds || bytes.iter().any(|byte| [b'\n', 0].contains(byte)) {
+        return bytes.into();
+    }
+    bytes.iter().map(|byte| if *byte == b'\r' { b'\n' } else { *byte }).collect()
 }
 
 /// Times of the frames of a `.vtkhdf` file.

@@ -1,6 +1,7 @@
 //! Wavefront OBJ: `v x y z` and `f a b c` lines; the rest describes looks and is left aside.
 //! Faces of more than three vertices are cut into triangles.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use super::polygons::Polygons;
@@ -21,9 +22,10 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
     let mut faces = Polygons::default();
     let mut face_lines = Vec::new();
     let mut aside: BTreeMap<&str, usize> = BTreeMap::new();
-    for (number, line) in bytes.split(|&b| b == b'\n').enumerate() {
-        let number = number + 1;
-        let text = std::str::from_utf8(line)
+    let mut lines = bytes.split(|&b| b == b'\n').zip(1..);
+    while let Some((line, number)) = lines.next() {
+        let line = continued(line, &mut lines);
+        let text = std::str::from_utf8(&line)
             .map_err(|_| format!("line {number} is not text: this is not an OBJ file"))?;
         let mut words = text.split('#').next().unwrap_or_default().split_ascii_whitespace();
         match words.next() {
@@ -40,7 +42,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
                 face_lines.push(index(number));
             }
             Some(word) => match IGNORED_STATEMENTS.iter().find(|&&known| known == word) {
-                Some(known) => *aside.entry(known).or_default() += 1,
+                Some(&known) => *aside.entry(known).or_default() += 1,
                 None => {
                     let short: String = word.chars().take(20).collect();
                     return Err(format!(
@@ -61,6 +63,22 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
         surface.notes.push(format!("{count} lines \"{word}\" were ignored"));
     }
     Ok(surface)
+}
+
+/// A line with those that continue it: a backslash at the end of a line joins the next one to it.
+fn continued<'a>(
+    line: &'a [u8],
+    more: &mut impl Iterator<Item = (&'a [u8], usize)>,
+) -> Cow<'a, [u8]> {
+    let mut whole = Cow::Borrowed(line);
+    while let Some(end) = whole.trim_ascii_end().strip_suffix(b"\\").map(<[u8]>::len) {
+        let Some((next, _)) = more.next() else { break };
+        let open = whole.to_mut();
+        open.truncate(end);
+        open.push(b' ');
+        open.extend_from_slice(next);
+    }
+    whole
 }
 
 /// The numbers of a `v` line; a fourth one (weight) and colours are left aside.

@@ -49,7 +49,12 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
     };
     // Binary files may begin with "solid" as those of text do: their size says what they are.
     let fits = count.is_some_and(|count| size(count) == bytes.len());
-    if !fits && bytes.trim_ascii_start().starts_with(b"solid") {
+    let solid =
+        bytes.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    // Text has no zero bytes, and the head of a binary file has: it may have other data behind its triangles.
+    let zeros = bytes.iter().take(HEADER_BYTES + 4 + TRIANGLE_BYTES).any(|byte| *byte == 0);
+    let holds = zeros && count.is_some_and(|count| count > 0 && size(count) <= bytes.len());
+    if !fits && !holds && solid {
         return text(bytes);
     }
     match count {

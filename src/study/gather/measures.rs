@@ -16,11 +16,10 @@ use std::f64::consts::PI;
 use serde::Serialize;
 
 use crate::Vec3;
-use crate::geometry::{Face, aligned, aligned_by, sum_at_corners, vertex_normals};
-use crate::kinetics::Location;
+use crate::geometry::{aligned, aligned_by, vertex_normals};
 use crate::model::{Evaluation, Model, ModelError, free_motions};
 use crate::num::{real, whole};
-use crate::study::extent;
+use crate::run::pattern::Pattern;
 
 /// Scalar measures of a state.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
@@ -42,6 +41,8 @@ pub struct Measures {
     pub nearest: Option<f64>,
     /// Area of all spots over that of the sheet, in the deformed state.
     pub share: f64,
+    /// Width of the regions of the first species, half a wave, in mean edges; none of a uniform one.
+    pub width: Option<f64>,
     /// Largest rate of change of a species in units of its typical magnitude, 1/time.
     pub rate: f64,
 }
@@ -49,96 +50,39 @@ pub struct Measures {
 impl Measures {
     /// Columns of `measures.csv`.
     pub(super) const COLUMNS: &str = "step,time,spots,separation d [length],nearest centres [length],share,\
-        amplitude [length],deflection [length],energy [energy],fastest rate [1/time]";
+        amplitude [length],deflection [length],energy [energy],fastest rate [1/time],pattern width [edges]";
 
     /// The row of step `step` in `measures.csv`.
-    pub(in crate::study) fn row(&self, step: u64) -> [f64; 10] {
-        let [d, nearest] = [self.separation, self.nearest].map(|v| v.unwrap_or(f64::NAN));
+    pub(in crate::study) fn row(&self, step: u64) -> [f64; 11] {
+        let [d, nearest, width] =
+            [self.separation, self.nearest, self.width].map(|v| v.unwrap_or(f64::NAN));
         let Self { time, energy, amplitude, deflection, spots, share, rate, .. } = *self;
         let (step, spots) = (real(usize::try_from(step).unwrap_or(usize::MAX)), real(spots));
-        [step, time, spots, d, nearest, share, amplitude, deflection, energy, rate]
+        [step, time, spots, d, nearest, share, amplitude, deflection, energy, rate, width]
     }
 
     /// Measures of a row of `measures.csv`; none for a row of other length.
     pub(super) fn from_row(row: &[f64]) -> Option<Self> {
-        let &[_, time, spots, d, nearest, share, amplitude, deflection, energy, rate] = row else {
-            return None;
-        };
-        let [separation, nearest] = [d, nearest].map(|value| (!value.is_nan()).then_some(value));
+        // Rows of earlier versions have no width.
+        let mut all = [f64::NAN; 11];
+        all.get_mut(..row.len()).filter(|_| row.len() >= 10)?.copy_from_slice(row);
+        let [_, time, spots, d, nearest, share, amplitude, deflection, energy, rate, width] = all;
+        let given = |value: f64| (!value.is_nan()).then_some(value);
+        let [separation, nearest, width] = [d, nearest, width].map(given);
         let spots = whole(spots);
-        Some(Self { time, energy, amplitude, deflection, spots, separation, nearest, share, rate })
-    }
-}
-
-/// The first species where it lives: what regions are made of.
-struct Pattern {
-    value: Vec<f64>,
-    position: Vec<Vec3>,
-    area: Vec<f64>,
-    neighbours: Vec<[u32; 2]>,
-}
-
-impl Pattern {
-    fn of(at: &mut Evaluation<'_>) -> Option<Self> {
-        let (model, state) = (at.model(), at.state());
-        let (sheet, x) = (model.sheet(), &state.x);
-        let chemistry = model.chemistry()?;
-        let faces: Vec<f64> =
-            sheet.triangles().iter().map(|t| Face::of(&t.map(|v| x[v as usize])).area).collect();
-        if chemistry.location() == Location::Face {
-            let centre = |t: &[u32; 3]| t.iter().map(|v| x[*v as usize]).sum::<Vec3>() / 3.0;
-            let inner = sheet.edges().iter().filter(|e| !e.is_boundary());
-            return Some(Self {
-                value: state.species.first()?.clone(),
-                position: sheet.triangles().iter().map(centre).collect(),
-                area: faces,
-                neighbours: inner.map(|e| e.triangles).collect(),
-            });
-        }
-        let mut area = vec![0.0; x.len()];
-        sum_at_corners(sheet, |t| faces[t] / 3.0, &mut area);
         Some(Self {
-            value: at.species_at_vertices().into_iter().next()?,
-            position: x.to_vec(),
-            area,
-            neighbours: sheet.edges().iter().map(|e| e.vertices).collect(),
+            time,
+            energy,
+            amplitude,
+            deflection,
+            spots,
+            separation,
+            nearest,
+            share,
+            width,
+            rate,
         })
     }
-
-    /// Half way between the least and the largest value; none where they are the same.
-    fn half_way(&self) -> Option<f64> {
-        let (least, largest) = extent(self.value.iter().copied());
-        (largest > least).then_some(0.5 * (least + largest))
-    }
-
-    /// Centres of the regions above `level`, and their area in all.
-    fn regions(&self, level: f64) -> (Vec<Vec3>, f64) {
-        let mut parent: Vec<u32> = (0u32..).take(self.value.len()).collect();
-        let above = |k: u32| self.value[k as usize] > level;
-        for [a, b] in self.neighbours.iter().copied().filter(|[a, b]| above(*a) && above(*b)) {
-            let (a, b) = (root(&mut parent, a), root(&mut parent, b));
-            parent[a.max(b) as usize] = a.min(b);
-        }
-        // A region is known by its first point; its moments are summed there.
-        let mut moments = vec![(0.0, Vec3::zeros()); self.value.len()];
-        for k in (0u32..).take(self.value.len()).filter(|k| above(*k)) {
-            let (at, point) = (root(&mut parent, k) as usize, k as usize);
-            moments[at].0 += self.area[point];
-            moments[at].1 += self.area[point] * self.position[point];
-        }
-        let found = moments.iter().filter(|(area, _)| *area > 0.0);
-        let centres = found.clone().map(|(area, moment)| moment / *area).collect();
-        (centres, found.map(|(area, _)| area).sum())
-    }
-}
-
-/// The first of the connected points, with the way there made short.
-fn root(parent: &mut [u32], mut k: u32) -> u32 {
-    while parent[k as usize] != k {
-        parent[k as usize] = parent[parent[k as usize] as usize];
-        k = parent[k as usize];
-    }
-    k
 }
 
 /// Displacements below this share of the sheet's size are what relaxations and round-off leave.
@@ -184,6 +128,7 @@ pub fn measure(at: &mut Evaluation<'_>, level: Option<f64>) -> Result<Measures, 
         ..Measures::default()
     };
     let Some(pattern) = Pattern::of(at) else { return Ok(measures) };
+    measures.width = pattern.width(&state.x, model.sheet());
     let Some(level) = level.or_else(|| pattern.half_way()) else { return Ok(measures) };
     let (centres, above) = pattern.regions(level);
     let total: f64 = pattern.area.iter().sum();

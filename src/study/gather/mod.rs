@@ -237,6 +237,7 @@ pub(super) fn open_measures(path: &Path, kept: &[f64]) -> Result<Ledger> {
     rows.retain(|row| row.get(1).is_some_and(|time| kept.contains(time)));
     let columns: Vec<String> = Measures::COLUMNS.split(',').map(str::to_owned).collect();
     let mut measures = Ledger::create(path, &columns)?;
+    rows.iter_mut().for_each(|row| row.resize(columns.len(), f64::NAN));
     rows.iter().try_for_each(|row| measures.append(row))?;
     Ok(measures)
 }

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use rumple::num::checked::Finite;
+
 use super::law::Everything;
 use super::*;
 
@@ -20,7 +22,10 @@ fn with_fibres(sheet: &Arc<Sheet>, across: Option<f64>) -> Arc<Model> {
         read: None,
     };
     let fibre = Fibre::Components(["0.8", "0.5", "0.1"].map(|text| Field::Formula(text.into())));
-    let direction = DirectedGrowth { fibre, across }.build(&context).unwrap().direction;
+    let direction = DirectedGrowth { fibre, across: across.and_then(Finite::new) }
+        .build(&context)
+        .unwrap()
+        .direction;
     let stvk = EnergyTerm::new(StvkStretching::new(&MATERIAL, StretchingModulus::Paper));
     let signals = Signals::new(
         Signal::ALL.to_vec(),

@@ -1,0 +1,134 @@
+//! The pattern of the first species: its regions above a level, and how well the mesh resolves it.
+//!
+//! ```text
+//! w = π √(∫ (c - c̄)² dA / ∫ |∇c|² dA)      half the wavelength of a plane wave, about the width of a spot
+//! ∫ |∇c|² dA ≈ 2 A ⟨(Δc/ℓ)²⟩               mean over pairs of neighbours at the distance ℓ
+//! ```
+//!
+//! Where w is below [`RESOLVED`] mean edges, number and size of regions depend on the mesh.
+
+use std::f64::consts::PI;
+
+use crate::Vec3;
+use crate::geometry::{Face, sum_at_corners};
+use crate::kinetics::Location;
+use crate::model::Evaluation;
+use crate::num::real;
+use crate::sheet::Sheet;
+
+/// Width of a pattern in mean edges from which on its regions can be counted.
+pub const RESOLVED: f64 = 6.0;
+
+/// Deviations from the mean below this share of the largest value are no pattern: round-off, and what is left of noise.
+const UNIFORM: f64 = 1e-6;
+
+/// What is to be said of a pattern whose regions are `width` mean edges wide; nothing where they are resolved.
+#[must_use]
+pub fn resolution_words(width: f64) -> Option<String> {
+    (width < RESOLVED).then(|| {
+        format!(
+            "the pattern is {width:.1} edges wide: below {RESOLVED} the number and the size of its regions depend on the \
+             mesh; more sheet.vertices, or a wider pattern"
+        )
+    })
+}
+
+/// The first species where it lives: what regions are made of.
+pub struct Pattern {
+    value: Vec<f64>,
+    position: Vec<Vec3>,
+    /// Of every point, in the deformed state.
+    pub area: Vec<f64>,
+    neighbours: Vec<[u32; 2]>,
+}
+
+impl Pattern {
+    /// That of a state; none without species.
+    pub fn of(at: &mut Evaluation<'_>) -> Option<Self> {
+        let (model, state) = (at.model(), at.state());
+        let (sheet, x) = (model.sheet(), &state.x);
+        let chemistry = model.chemistry()?;
+        let faces: Vec<f64> =
+            sheet.triangles().iter().map(|t| Face::of(&t.map(|v| x[v as usize])).area).collect();
+        if chemistry.location() == Location::Face {
+            let centre = |t: &[u32; 3]| t.iter().map(|v| x[*v as usize]).sum::<Vec3>() / 3.0;
+            let inner = sheet.edges().iter().filter(|e| !e.is_boundary());
+            return Some(Self {
+                value: state.species.first()?.clone(),
+                position: sheet.triangles().iter().map(centre).collect(),
+                area: faces,
+                neighbours: inner.map(|e| e.triangles).collect(),
+            });
+        }
+        let mut area = vec![0.0; x.len()];
+        sum_at_corners(sheet, |t| faces[t] / 3.0, &mut area);
+        Some(Self {
+            value: at.species_at_vertices().into_iter().next()?,
+            position: x.to_vec(),
+            area,
+            neighbours: sheet.edges().iter().map(|e| e.vertices).collect(),
+        })
+    }
+
+    /// Half way between the least and the largest value; none where they are the same.
+    #[must_use]
+    pub fn half_way(&self) -> Option<f64> {
+        let values = self.value.iter().copied();
+        let least = values.clone().fold(f64::INFINITY, f64::min);
+        let largest = values.fold(f64::NEG_INFINITY, f64::max);
+        (largest > least).then_some(0.5 * (least + largest))
+    }
+
+    /// The width w in mean edges of `sheet` in the deformed state; none where the species is uniform.
+    #[must_use]
+    pub fn width(&self, x: &[Vec3], sheet: &Sheet) -> Option<f64> {
+        let total: f64 = self.area.iter().sum();
+        let sum = |of: &dyn Fn(f64) -> f64| {
+            self.area.iter().zip(&self.value).map(|(area, c)| area * of(*c)).sum::<f64>() / total
+        };
+        let mean = sum(&|c| c);
+        let variance = sum(&|c| (c - mean).powi(2));
+        let largest = self.value.iter().fold(0.0, |most: f64, c| most.max(c.abs()));
+        let slope = |&[a, b]: &[u32; 2]| {
+            let (a, b) = (a as usize, b as usize);
+            let square = (self.position[a] - self.position[b]).norm_squared();
+            if square > 0.0 { (self.value[a] - self.value[b]).powi(2) / square } else { 0.0 }
+        };
+        let slopes = self.neighbours.iter().map(slope).sum::<f64>() / real(self.neighbours.len());
+        let length = |[a, b]: [u32; 2]| (x[a as usize] - x[b as usize]).norm();
+        let edges = sheet.edges().iter().map(|edge| length(edge.vertices)).sum::<f64>();
+        let edge = edges / real(sheet.edges().len());
+        let width = PI * (variance / (2.0 * slopes)).sqrt() / edge;
+        (variance.sqrt() > UNIFORM * largest && width.is_finite()).then_some(width)
+    }
+
+    /// Centres of the regions above `level`, and their area in all.
+    #[must_use]
+    pub fn regions(&self, level: f64) -> (Vec<Vec3>, f64) {
+        let mut parent: Vec<u32> = (0u32..).take(self.value.len()).collect();
+        let above = |k: u32| self.value[k as usize] > level;
+        for [a, b] in self.neighbours.iter().copied().filter(|[a, b]| above(*a) && above(*b)) {
+            let (a, b) = (root(&mut parent, a), root(&mut parent, b));
+            parent[a.max(b) as usize] = a.min(b);
+        }
+        // A region is known by its first point; its moments are summed there.
+        let mut moments = vec![(0.0, Vec3::zeros()); self.value.len()];
+        for k in (0u32..).take(self.value.len()).filter(|k| above(*k)) {
+            let (at, point) = (root(&mut parent, k) as usize, k as usize);
+            moments[at].0 += self.area[point];
+            moments[at].1 += self.area[point] * self.position[point];
+        }
+        let found = moments.iter().filter(|(area, _)| *area > 0.0);
+        let centres = found.clone().map(|(area, moment)| moment / *area).collect();
+        (centres, found.map(|(area, _)| area).sum())
+    }
+}
+
+/// The first of the connected points, with the way there made short.
+fn root(parent: &mut [u32], mut k: u32) -> u32 {
+    while parent[k as usize] != k {
+        parent[k as usize] = parent[parent[k as usize] as usize];
+        k = parent[k as usize];
+    }
+    k
+}
