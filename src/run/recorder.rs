@@ -1,7 +1,7 @@
 //! Everything that is recorded of a run between two steps: observers, events, checkpoints, warnings.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use super::checkpoint::{Checkpoint, Checkpoints, ResultsSoFar};
 use super::incidents::RunEvents;
