@@ -1,14 +1,15 @@
 //! Forces that hold a sheet in a shape, whatever way the sheet is turned.
 //!
 //! ```text
-//! U_h = -Σ_i f_i · Rᵀ (x_i - x̄)               R = argmin Σ_i |x_i - x̄ - R (b_i - b̄)|²
+//! U_h = -Σ_i f_i · (Rᵀ (x_i - x̄) + x̄ - b_i)     R = argmin Σ_i |x_i - x̄ - R (b_i - b̄)|²
 //! ```
 //!
 //! b is the shape that they hold, R the rotation of the polar decomposition of `A = Σ_i (x_i - x̄) ⊗ (b_i - b̄) = R S`.
-//! Dead forces that push inwards would turn a sheet that floats over; these turn with it, without a torque:
+//! Dead forces that push inwards would turn a sheet that floats over; these turn with it, without a torque, while what they
+//! do to its centre is that of dead ones:
 //!
 //! ```text
-//! ∂U_h/∂x_i = -R (f_i - ω × (b_i - b̄))         (tr S - S) ω = Σ_i Rᵀ (x_i - x̄) × f_i
+//! ∂U_h/∂x_i = -R (f_i - ω × (b_i - b̄)) + (R - 1) Σ_j f_j / n         (tr S - S) ω = Σ_i Rᵀ (x_i - x̄) × f_i
 //! ```
 //!
 //! Reference for the derivative of R: Papadopoulo & Lourakis, ECCV (2000), doi:10.1007/3-540-45054-8_36.
@@ -87,5 +88,53 @@ impl Hold {
         parallel::update(gradient, |i, g| {
             *g -= rotation * (self.force[i] - spin.cross(&(self.shape[i] - held))) - shift;
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers in [-1, 1] without a pattern.
+    fn numbers(count: usize, phase: f64) -> Vec<Vec3> {
+        let at = |i: usize, a: f64| (12.9898 * (i as f64 + a) + phase).sin();
+        (0..count).map(|i| Vec3::new(at(i, 0.0), at(i, 0.3), at(i, 0.7))).collect()
+    }
+
+    #[test]
+    fn the_gradient_is_that_of_the_energy_however_the_sheet_is_turned_and_strained() {
+        let reduction = Reduction::default();
+        let hold = Hold { force: numbers(7, 0.1), shape: numbers(7, 1.1) };
+        for (angle, strain) in [(0.0, 0.0), (0.4, 0.2), (2.9, 0.3), (-1.7, 0.5)] {
+            let turn = nalgebra::Rotation3::from_scaled_axis(angle * Vec3::new(0.6, -0.48, 0.64));
+            let apart = numbers(7, 2.3);
+            let moved =
+                |i: usize| turn * (hold.shape[i] + strain * apart[i]) + Vec3::new(3.0, -2.0, 1.0);
+            let x: Vec<Vec3> = (0..7).map(moved).collect();
+            let mut gradient = vec![Vec3::zeros(); 7];
+            hold.add_gradient(&x, &reduction, &mut gradient);
+            for (i, axis) in (0..7).flat_map(|i| (0..3).map(move |axis| (i, axis))) {
+                let energy = |step: f64| {
+                    let mut x = x.clone();
+                    x[i][axis] += step;
+                    hold.energy_here(&x, &reduction)
+                };
+                let slope = (energy(1e-5) - energy(-1e-5)) / 2e-5;
+                assert!((slope - gradient[i][axis]).abs() < 1e-8, "{angle} {strain}: {slope}");
+            }
+        }
+    }
+
+    #[test]
+    fn forces_turn_with_the_sheet_and_make_no_torque() {
+        let reduction = Reduction::default();
+        let hold = Hold { force: numbers(7, 0.1), shape: numbers(7, 1.1) };
+        let turn = nalgebra::Rotation3::from_scaled_axis(Vec3::new(0.5, 2.0, -0.3));
+        let x: Vec<Vec3> = hold.shape.iter().map(|b| turn * b).collect();
+        let mut gradient = vec![Vec3::zeros(); 7];
+        hold.add_gradient(&x, &reduction, &mut gradient);
+        let centre = mean(&x, &reduction);
+        let torque: Vec3 = x.iter().zip(&gradient).map(|(x, g)| (x - centre).cross(g)).sum();
+        assert!(torque.norm() < 1e-12, "{torque}");
     }
 }

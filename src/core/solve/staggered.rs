@@ -47,9 +47,11 @@
 mod quasi_static;
 mod spec;
 mod steady;
+mod step_size;
 
 use quasi_static::Stabilised;
 pub use spec::{Method, StaggeredSpec};
+use step_size::{HOPELESS_ERROR, MAX_STEP_GROWTH, shortening};
 
 use serde::{Deserialize, Serialize};
 
@@ -68,17 +70,6 @@ use crate::model::{SignalColumns, State, Storage, TimeCourse};
 use crate::num::checked::Positive;
 use crate::record::{Malformed, Record};
 
-/// Growth of the step is limited to this factor, shrinking to its inverse squared.
-const MAX_STEP_GROWTH: f64 = 2.0;
-/// Steps are proposed a little shorter than the estimate allows.
-const SAFETY: f64 = 0.9;
-/// An error above this shortens a step as much as any: stages that have gone so far are given up.
-const HOPELESS_ERROR: f64 =
-    SAFETY * SAFETY * MAX_STEP_GROWTH * MAX_STEP_GROWTH * MAX_STEP_GROWTH * MAX_STEP_GROWTH;
-/// Part of its typical magnitude that the fastest species changes by in the first step, relative to √rtol.
-const FIRST_CHANGE: f64 = 0.2;
-/// The first step is not longer than this share of the way to the first output.
-const SHARE_OF_WAY: f64 = 0.1;
 /// Stages of a step are solved as for an error of at least this share of the tolerance.
 const MIN_ERROR: f64 = 1e-3;
 /// The error of the step before the first, for the same.
@@ -362,9 +353,7 @@ impl Staggered {
                 Ok((_, error)) => {
                     let new = Rejection { error, ..Rejection::of(state, step, Cause::Error) };
                     workspace.reject(new);
-                    let factor = (SAFETY / error.sqrt())
-                        .clamp(1.0 / (MAX_STEP_GROWTH * MAX_STEP_GROWTH), SAFETY);
-                    tried = step * factor;
+                    tried = step * shortening(error);
                 }
                 Err(error) if error.is_recoverable() => {
                     let message = error.to_string();
@@ -401,27 +390,6 @@ impl Staggered {
             return SolveError::StepTooSmall { time: state.time, step };
         }
         workspace.reason_without_rest(&State { time, ..state.clone() })
-    }
-
-    /// Step-size controller: the length of the step after an accepted one of length `step` and this error. Only a
-    /// first attempt may be followed by a longer step.
-    fn propose(&mut self, step: f64, proposed: f64, error: f64, first: bool) {
-        self.error = error;
-        let limit = if first { MAX_STEP_GROWTH } else { 1.0 };
-        let factor = (SAFETY / error.sqrt()).min(limit);
-        // A step cut short by an output time does not limit the next one.
-        self.step = Some((step * factor).max(if factor >= 1.0 { proposed } else { 0.0 }));
-    }
-
-    /// A first step from the rates: small against the time in which the fastest species changes by its typical
-    /// magnitude, whatever the unit of time is.
-    fn first_step(&self, workspace: &mut Workspace, state: &State, until: f64) -> Result<f64> {
-        let rate = workspace.at(state).fastest_rate()?;
-        // What is steady says nothing of how fast it is led along.
-        let steady = self.policy.chemistry == 0.0;
-        let rate = rate.max(if steady { workspace.at(state).fastest_motion()? } else { 0.0 });
-        let share = FIRST_CHANGE * self.spec.rtol.get().sqrt();
-        Ok((share / rate).min(SHARE_OF_WAY * (until - state.time)))
     }
 
     /// One try; the error estimate in units of the tolerance, and the state if that is at most 1.

@@ -119,14 +119,13 @@ impl Study {
             Some((study, plan)) => planned.extend(taken(study, plan)),
             None => {
                 let tightest = tolerances.last().map_or(1e-4, |t| t.get());
-                let watch = stability_override(&plain, moves, vertices);
                 let force = moves.then(|| options.tightest_force(&plain));
                 let mut made = base.references(tightest, force, varied.as_ref())?;
-                if options.references.is_empty() {
-                    made.retain(|(_, _, sets)| {
-                        others.iter().all(|axis| allowed((scene, set), search, axis, sets))
-                    });
-                }
+                let goes = |sets: &[String], axis| allowed((scene, set), search, axis, sets);
+                made.retain(|(_, _, sets)| {
+                    !options.references.is_empty() || others.iter().all(|axis| goes(sets, axis))
+                });
+                let watch = stability_override(&plain, moves, vertices);
                 made.iter_mut().for_each(|(_, _, sets)| sets.extend(watch.clone()));
                 planned.extend(made);
             }
@@ -145,11 +144,16 @@ impl Study {
         let axes = [Axis::named(RUN, named)].into_iter().chain(others).collect();
         let mut plan = Plan::new(scene, set, axes)?;
         plan.states = true;
-        for member in &mut plan.members {
-            let patience = if study.is_reference(&member.at) { PATIENCE } else { 1 };
-            member.limit = Some(patience.saturating_mul(options.limit));
-        }
+        study.limit(&mut plan, options.limit);
         Ok((study, plan))
+    }
+
+    /// Bounds the time of every member; references have more.
+    fn limit(&self, plan: &mut Plan, seconds: u64) {
+        for member in &mut plan.members {
+            let patience = if self.is_reference(&member.at) { PATIENCE } else { 1 };
+            member.limit = Some(patience.saturating_mul(seconds));
+        }
     }
 }
 
