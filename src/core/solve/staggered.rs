@@ -225,7 +225,7 @@ impl Staggered {
             Method::Heun => {
                 // Where steps are shorter than the tolerance asks for, their errors are smaller.
                 let share = self.error.clamp(MIN_ERROR, 1.0);
-                share * workspace.model.shape_unit(state, self.tolerance_of_motion())
+                share * workspace.model.shape_unit(state, self.tolerance())
             }
         };
         let second_order = self.shape == MotionMethod::Sdirk2;
@@ -234,8 +234,8 @@ impl Staggered {
             false => (self.stabilising_drag(workspace, state)?, DISTANCE_TOLERANCE),
         };
         let relative = self.spec.rtol.get();
-        let bound = (self.spec.method == Method::Heun)
-            .then_some((self.tolerance_of_motion(), HOPELESS_ERROR));
+        let bound =
+            (self.spec.method == Method::Heun).then_some((self.tolerance(), HOPELESS_ERROR));
         let by = Stepping { drag, second_order, tolerance, relative, distance_tolerance, bound };
         let to = next.clone();
         let route = Route::in_time(state, &to);
@@ -266,16 +266,6 @@ impl Staggered {
     /// Whether it moves under the stabilising drag.
     fn is_stabilised(&self, workspace: &Workspace) -> bool {
         self.policy.mechanics == 0.0 && workspace.model.moves() && !self.relaxes(workspace)
-    }
-
-    /// Tolerances of a moving shape, those of the coupling under the drag of the scene; under the stabilising one, which way
-    /// leads to the next equilibrium matters only as far as to which, and tolerances are their square roots.
-    fn tolerance_of_motion(&self) -> (f64, f64) {
-        let (rtol, atol) = self.tolerance();
-        match self.policy.mechanics > 0.0 {
-            true => (rtol, atol),
-            false => (rtol.max(rtol.sqrt()), atol.max(atol.sqrt())),
-        }
     }
 
     /// Tolerances of the coupling.
@@ -482,8 +472,6 @@ impl Staggered {
         if self.relaxes(workspace) {
             return 0.0;
         }
-        let rests = self.motion.rests();
-        let tolerance = if rests { self.tolerance() } else { self.tolerance_of_motion() };
-        workspace.model.shape_misfit(&state.x, (&a.x, &b.x), tolerance)
+        workspace.model.shape_misfit(&state.x, (&a.x, &b.x), self.tolerance())
     }
 }

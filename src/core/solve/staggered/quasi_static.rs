@@ -7,8 +7,7 @@
 //!
 //! A step from an equilibrium leads to the one within a quarter of an edge of where the velocities point, so that smooth
 //! paths are as exact as equilibria are. Where there is none, or where the last correction of the species leads to another
-//! one, the step is one of `simultaneous` under a small drag, with the same stages, error estimate and control, and the square roots of its
-//! tolerances for the shape, whose course decides which equilibrium is next and nothing else. Users of finite
+//! one, the step is one of `simultaneous` under a small drag, with the same stages, error estimate and control. Users of finite
 //! elements know this as automatic stabilisation: an artificial drag, so small that its work does not count, lets the shape
 //! go through instabilities. At the end of such a step the equilibrium within a quarter of an edge replaces the shape; where
 //! there is none a snap is under way, and continues under drag in the next step.
