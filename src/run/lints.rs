@@ -177,7 +177,7 @@ pub(super) fn on_diffusion(model: &Model, start: &State, notes: &mut Vec<String>
 }
 
 /// Inspects what pins leave free.
-/// Inspects whether equilibria of a quasi-static shape can be told from saddles.
+/// Inspects whether the stability of the equilibria of a quasi-static shape is judged.
 pub(super) fn on_stability(scene: &Scene, workspace: &Workspace, notes: &mut Vec<String>) {
     let model = &workspace.model;
     let rests = scene.time.policy.storage().mechanics == 0.0 && model.moves();
