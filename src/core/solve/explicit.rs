@@ -92,6 +92,10 @@ impl IntegratorSpec for ExplicitSpec {
         Box::new(Self { rtol, atol, step, ..self.clone() })
     }
 
+    fn atol(&self) -> Option<f64> {
+        (self.method == ExplicitMethod::Tsit45).then(|| self.atol.get())
+    }
+
     fn rule(&self) -> StepRule {
         match self.method {
             ExplicitMethod::Euler => StepRule::Fixed(self.step.map_or(DEFAULT_STEP, Positive::get)),

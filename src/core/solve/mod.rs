@@ -105,6 +105,11 @@ pub trait IntegratorSpec: std::fmt::Debug + Send + Sync {
     /// What the lengths of its steps follow from.
     fn rule(&self) -> StepRule;
 
+    /// The absolute tolerance, in units of typical magnitudes; none for fixed steps.
+    fn atol(&self) -> Option<f64> {
+        None
+    }
+
     /// Whether its steps are fixed.
     fn has_fixed_steps(&self) -> bool {
         matches!(self.rule(), StepRule::Fixed(_))

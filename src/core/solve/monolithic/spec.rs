@@ -101,6 +101,10 @@ impl IntegratorSpec for MonolithicSpec {
         Box::new(Self { rtol, atol, ..self.clone() })
     }
 
+    fn atol(&self) -> Option<f64> {
+        Some(self.atol.get())
+    }
+
     fn rule(&self) -> StepRule {
         let local_share = step_tolerance_share(self.method, self.rtol.get());
         let rule = controlled(self.method.into(), self.rtol);

@@ -133,6 +133,10 @@ impl IntegratorSpec for StaggeredSpec {
         Box::new(Self { rtol, atol, step, ..self.clone() })
     }
 
+    fn atol(&self) -> Option<f64> {
+        (self.method == Method::Heun).then(|| self.atol.get())
+    }
+
     fn rule(&self) -> StepRule {
         match self.method {
             Method::Euler => StepRule::Fixed(self.step.map_or(DEFAULT_STEP, Positive::get)),
