@@ -190,6 +190,8 @@ impl Stepper {
             self.state.time = time;
             self.workspace.roll_back();
         })?;
+        // Stages of explicit methods round.
+        self.hold();
         if self.state.time == window.end {
             self.state.time = window.shown_time;
         }

@@ -8,6 +8,7 @@ mod counted;
 mod faults;
 mod growth;
 mod hard_contact;
+mod held;
 mod internal;
 mod mesh_obstacle;
 mod planted;

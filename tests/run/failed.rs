@@ -181,7 +181,8 @@ fn a_start_that_finds_no_rest_fails_again() {
 /// It said "lengths from 5.960e-10 down to 5.960e-10".
 #[test]
 fn a_step_that_was_tried_with_one_length_says_that_one() {
-    let point = "sheet.shape = \"point\"\ntime.until = 1.0\nkinetics.rates.c = \"sqrt(0.55-t)\"\n";
+    let point = "sheet.shape = \"point\"\ntime.until = 1.0\n\
+                 kinetics.rates = { s = \"1\", c = \"sqrt(0.55-s)\" }\n";
     let folder = folder(point);
     let said = |out: &str, integrator: &str| {
         let key = format!("time.integrator={integrator}");

@@ -21,8 +21,10 @@ const MISSED_SHARE: f64 = 0.01;
 const MAX_POINTS: usize = 64;
 /// … fewer where their ranges would take more evaluations of an operation than this: a tenth of a second.
 const MAX_EVALUATIONS: usize = 4_000_000;
-/// Steps are not limited below this share of the span: what changes faster is a jump.
+/// Steps are not limited below this share of the span: what changes faster is a jump, …
 const SHORTEST: f64 = 1e-10;
+/// … nor for parts without bounds over this one: there a law has no values, and its own errors limit steps.
+const UNBOUNDED: f64 = 1e-3;
 /// Halvings of the uncertainty of the longest step.
 const REFINEMENTS: usize = 3;
 
@@ -120,10 +122,8 @@ impl FormulaCourse {
             return length;
         }
         let shortest = SHORTEST * self.until;
-        // What has no bounds even there says nothing.
-        if length <= shortest
-            || evaluate(shortest, &mut parts, true) && evaluate(length, &mut parts, false)
-        {
+        evaluate(length.min(UNBOUNDED * self.until), &mut parts, true);
+        if length <= shortest || evaluate(length, &mut parts, false) {
             return length;
         }
         let mut step = length;

@@ -46,9 +46,9 @@ const MAX_RETRIES: usize = 20;
 /// Times as near as so many units of round-off are the same to diffsol: it neither steps from one to
 /// the other nor takes it for a time to stop at.
 const SAME_TIME: f64 = 100.0 * f64::EPSILON;
-/// A step that would leave less than this share of itself to the stop time shares the way with the
-/// next one: steps much shorter than their neighbours cost all their history.
-const STUB_SHARE: f64 = 0.01;
+/// A step that would leave less than itself to the stop time shares the way with the next one: steps much shorter than
+/// their neighbours cost all their history, and with output times near to each other as many steps to grow again.
+const STUB_SHARE: f64 = 1.0;
 /// A try is longer than the shortest one where it is so many times as long.
 const LONG_ATTEMPT_RATIO: f64 = 100.0;
 /// The least step is at most this share of the way to the stop time, however short that is.
@@ -379,8 +379,12 @@ impl<'a> Stepper<'a> {
             if rest.abs() <= same {
                 until
             } else {
-                // A step that diffsol has fitted to the stop time is as long as the way, but for round-off.
-                let shared = step + 0.5 * same < rest && rest < (1.0 + STUB_SHARE) * step && rest > 4.0 * same;
+                // A step that diffsol has fitted to the stop time is as long as the way, but for round-off. What this
+                // adds up to is made good before diffsol takes it for a way to go, forwards or back.
+                let over = step - rest;
+                let short = over < -0.1 * same && rest < (1.0 + STUB_SHARE) * step;
+                let long = over > 0.1 * same && over < 2.0 * same;
+                let shared = (short || long) && rest > 4.0 * same;
                 let stop = if shared { now + 0.5 * rest } else { until };
                 solver.config_mut().minimum_timestep = shortest;
                 solver.set_stop_time(stop).map_err(refuse)?;
