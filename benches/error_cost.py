@@ -14,7 +14,7 @@ from pathlib import Path
 MODELS = Path(__file__).resolve().parent.parent / "models"
 # name: file, overrides, whether its mesh has a seed
 SCENES = {
-    "spots, R = 50": ("model-i/spots", ["sheet.radius=50", "sheet.vertices=5000", "time.until=1.5"], True),
+    "spots, R = 50": ("model-i/spots", ["sheet.radius=50", "sheet.vertices=5000", "time.until=1"], True),
     "small": ("model-i/small", [], False),
     "formula": ("model-i/formula", ["time.until=0.2"], False),
     "hard/spot": ("hard/spot", [], False),
