@@ -75,7 +75,7 @@ fn values_led_to(stepper: &mut Stepper, chemistry: &Chemistry) -> Vec<f64> {
     if reduction.any(here.is_none()) {
         return vec![0.0; count];
     }
-    let (rates, partials) = here.unwrap_or_default();
+    let [rates, partials] = here.unwrap_or_default();
     let largest = |values: &[f64]| reduction.max(values.len(), |i| values[i].abs());
     let size = |(rate, slope): (&Vec<f64>, &Vec<f64>)| largest(rate) / largest(slope);
     let sizes = rates.iter().zip(&partials).map(size);
@@ -83,10 +83,7 @@ fn values_led_to(stepper: &mut Stepper, chemistry: &Chemistry) -> Vec<f64> {
 }
 
 /// The rates of the species and their derivatives by the species itself, if the law has values at the start.
-fn rates_and_slopes(
-    stepper: &mut Stepper,
-    chemistry: &Chemistry,
-) -> Option<(Vec<Vec<f64>>, Vec<Vec<f64>>)> {
+fn rates_and_slopes(stepper: &mut Stepper, chemistry: &Chemistry) -> Option<[Vec<Vec<f64>>; 2]> {
     let species = stepper.state.species.clone();
     let mut at = stepper.evaluate();
     let rates = at.rates().ok()?.to_vec();
@@ -95,5 +92,5 @@ fn rates_and_slopes(
     let partials = chemistry.reaction_partials(&columns, &signals).ok()?;
     let inputs = chemistry.descriptor().inputs();
     let slopes = (0..species.len()).map(|s| partials.column(s * inputs + s).to_vec()).collect();
-    Some((rates, slopes))
+    Some([rates, slopes])
 }

@@ -38,7 +38,7 @@ pub struct RampFactor(Option<Profile>);
 
 #[derive(Debug, Clone)]
 enum Profile {
-    Formula(FieldFormula),
+    Formula(Box<FieldFormula>),
     Points(Vec<[f64; 2]>),
 }
 
@@ -58,7 +58,7 @@ impl RampFactor {
                 Ok(formula) if formula.depends_on_position() => {
                     return refuse("a ramp is a formula of the time t alone".into(), None);
                 }
-                Ok(formula) => Some(Profile::Formula(formula)),
+                Ok(formula) => Some(Profile::Formula(Box::new(formula))),
             },
             Some(Ramp::Points(points)) => {
                 let points: Vec<[f64; 2]> = points.iter().map(|p| p.map(Finite::get)).collect();
