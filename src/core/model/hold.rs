@@ -96,8 +96,8 @@ mod tests {
     use super::*;
 
     /// Numbers in [-1, 1] without a pattern.
-    fn numbers(count: usize, phase: f64) -> Vec<Vec3> {
-        let at = |i: usize, a: f64| (12.9898 * (i as f64 + a) + phase).sin();
+    fn numbers(count: u32, phase: f64) -> Vec<Vec3> {
+        let at = |i: u32, a: f64| (12.9898 * (f64::from(i) + a) + phase).sin();
         (0..count).map(|i| Vec3::new(at(i, 0.0), at(i, 0.3), at(i, 0.7))).collect()
     }
 

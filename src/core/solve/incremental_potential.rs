@@ -210,7 +210,7 @@ impl Motion {
         if by.second_order {
             let pull = stage.pull(workspace, from.x.to_vec(), A);
             let about = stage.moved(A);
-            let (first, half) = stage.solve(workspace, pull.clone(), A, (None, about))?;
+            let (first, half) = stage.solve(workspace, pull.clone(), A, None, about)?;
             done.add(&half);
             let anchor = extrapolated(&from.x, &first.x, (1.0 - A) / A);
             let before = (1.0 - A) / A * pull.dissipation(workspace.model.mechanics(), &first.x);
@@ -221,7 +221,7 @@ impl Motion {
             let guess = extrapolated(&from.x, &first.x, 1.0 / A);
             let about = Some(coarse.clone());
             let (next, half) =
-                stage.solve(workspace, pull.clone(), 1.0, (Some((&first.x, guess)), about))?;
+                stage.solve(workspace, pull.clone(), 1.0, Some((&first.x, guess)), about)?;
             done.add(&half);
             if !stage.rises(workspace, &next)? {
                 self.last =
@@ -231,7 +231,7 @@ impl Motion {
             rough = Some(next.x.into());
         }
         let pull = stage.pull(workspace, from.x.to_vec(), 1.0);
-        let (next, half) = stage.solve(workspace, pull.clone(), 1.0, (None, None))?;
+        let (next, half) = stage.solve(workspace, pull.clone(), 1.0, None, None)?;
         done.add(&half);
         // Of Euler's error ½ Δt² x'' twice as much is the difference to where the first velocity leads. A first step has
         // none: half of what it moves is a bound that keeps it short.
@@ -322,7 +322,8 @@ impl Stage<'_> {
         workspace: &mut Workspace,
         pull: Anchor,
         at: f64,
-        (guess, about): (Option<(&[Vec3], Vec<Vec3>)>, Option<Vec<Vec3>>),
+        guess: Option<(&[Vec3], Vec<Vec3>)>,
+        about: Option<Vec<Vec3>>,
     ) -> Result<(State, Relaxation)> {
         let (good, guess) = match guess {
             Some((good, guess)) => (good, Some(guess)),
