@@ -316,7 +316,7 @@ impl Stage<'_> {
     }
 
     /// The least energy with `pull` under the conditions after the share `at` of the step; looked for from
-    /// the guess, or the good shape before that if it is better.
+    /// the guess, or the good shape before that if it is better, and given up too far from `about`.
     fn solve(
         &self,
         workspace: &mut Workspace,
