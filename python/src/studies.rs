@@ -245,9 +245,8 @@ pub(crate) fn compare(
         let planned = comparison.plan(&say)?;
         let (first, start) = comparison.start(&root)?;
         let claim = comparison.open(&root)?;
-        let progress = |scene: &rumple::scene::Scene| {
-            Progress::new(Mode::Silent, scene.time.span.until.get())
-        };
+        let progress =
+            |scene: &rumple::scene::Scene| Progress::new(Mode::Silent, scene.time.span.until.get());
         let reports = Reports { progress: &progress, say: &say };
         let ended = comparison.on((planned, start), (&root, &claim), &reports, interrupt);
         if first.output.report {
