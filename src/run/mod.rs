@@ -45,7 +45,6 @@ pub mod stability;
 mod stability_monitor;
 pub mod stiffness;
 mod summary;
-mod typical_magnitudes;
 mod warnings;
 
 pub use checkpoint::Checkpoint;

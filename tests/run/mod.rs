@@ -22,7 +22,6 @@ mod rest_shapes;
 pub mod resumed;
 mod self_intersection;
 mod stability;
-mod typical;
 mod vtkhdf;
 mod work;
 
