@@ -142,7 +142,7 @@ pub(super) fn cell(value: f64) -> String {
     if value.is_finite() { decimal(value) } else { String::new() }
 }
 
-/// Returns the value of a cell, NaN for an empty one; none for a text that is no number.
+/// Returns the value of a cell, NaN for an empty one; none for text that is not a number.
 #[must_use]
 pub fn value(cell: &str) -> Option<f64> {
     if cell.is_empty() { Some(f64::NAN) } else { cell.parse().ok() }

@@ -101,7 +101,7 @@ fn warnings(standing: Option<&Standing>, events: Option<&str>) -> Vec<String> {
     all
 }
 
-/// Number of events of steps, and of a start that stays at a saddle. How the start has come to rest is no warning.
+/// Number of events of steps, and of a start that stays at a saddle. How the start has come to rest is not one.
 fn notable(events: &str) -> usize {
     let cells = |row: &str| {
         let mut cells = row.split(',').map(str::to_owned);

@@ -96,7 +96,7 @@ fn prescriptions_that_agree_are_accepted() {
         (format!("{PIN} = {RIGHT}"), moved.clone()),
         (format!("{PIN} = 'rim'"), format!("{PIN} = {LEFT}\ndisplacement = [0, 0, 0]")),
         (moved.clone(), format!("{moved}\nramp = {{ formula = '1' }}")),
-        // Values next to a flux share a corner; a source within them is no boundary value.
+        // Values next to a flux share a corner; a source within them is not a boundary value.
         (
             hold.clone(),
             format!(

@@ -38,7 +38,7 @@ fn slopes(rate: &str, u: f64, v: f64) -> (f64, f64, [f64; 2]) {
 }
 
 /// Where the differences on both sides are the same, so is the derivative; where a value has a finite difference on one
-/// side, the derivative is no NaN.
+/// side, the derivative is not a NaN.
 fn check(rate: &str, u: f64, v: f64) {
     let (value, slope, [left, right]) = slopes(rate, u, v);
     if !(value.is_finite() && left.is_finite() && right.is_finite()) {

@@ -75,7 +75,7 @@ fn every_mode_takes_odd_times() {
     }
 }
 
-/// The bar begins at the time 0 of the scene, is full at its end alone, and is empty where there is no share.
+/// The bar begins at the time 0 of the scene, is full at its end alone, and is empty where the share is not a number.
 #[test]
 fn the_bar_is_the_share_of_the_time() {
     let cases = [

@@ -101,7 +101,7 @@ fn a_gap_with_nothing_near_is_an_empty_cell() {
     assert!(gaps.map(|b| f32::from_le_bytes(*b)).all(f32::is_nan));
 }
 
-/// How a start comes to rest is no warning; a saddle that it stays at is one, and so is every event of a step.
+/// How a start comes to rest is not a warning; a saddle that it stays at is one, and so is every event of a step.
 #[test]
 fn events_of_a_start_at_rest_are_no_warning() {
     let folder = folder(&scene());

@@ -99,9 +99,7 @@ impl EffectSpec for Volume {
                 "use shape = \"sphere\" or a closed mesh; on an open sheet use the effect pressure",
             );
         }
-        let (all, count) = (sheet.reduction(), sheet.vertex_count());
-        let mean = |axis: usize| all.sum(count, |i| sheet.rest()[i][axis]) / all.count(count);
-        let origin = Vec3::from([0, 1, 2].map(mean));
+        let origin = centre(sheet);
         let at_rest = volume(sheet, sheet.rest(), origin);
         if !(at_rest > 0.0) {
             return refuse(
@@ -150,6 +148,13 @@ impl EffectSpec for Volume {
 }
 
 crate::register_kind!(dyn EffectSpec, "volume", Volume);
+
+/// The mean of the vertices at rest.
+fn centre(sheet: &Sheet) -> Vec3 {
+    let (all, count) = (sheet.reduction(), sheet.vertex_count());
+    let mean = |axis: usize| all.sum(count, |i| sheet.rest()[i][axis]) / all.count(count);
+    Vec3::from([0, 1, 2].map(mean))
+}
 
 /// The volume that one closed sheet encloses: the energy `κ (V - V*)²/(2 V*)`, or, without a stiffness, the
 /// constraint `(V - V*)/V* = 0`.

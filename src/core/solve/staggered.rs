@@ -20,9 +20,9 @@
 //! ```
 //!
 //! X sees the species go from c_n to c along a straight line, as C sees the signals; diffusion has
-//! the shape half way. The shape moves by minimisations (`incremental_potential`); `quasi_static` says what the small drag is. Minimisations move it once a step, along c*, since what the species then change
-//! matters to slow waves in higher order only; their last stage is solved again with c_{n+1}. Under
-//! `chemistry-fast` c* is c_n, and a second correction gives the error estimate; the chemistry is solved for
+//! the shape half way. The shape moves by minimisations (`incremental_potential`), once a step, along c*: what the species
+//! then change matters to slow waves in higher order only; the last stage is solved again with c_{n+1}. `quasi_static` says
+//! what the small drag is. Under `chemistry-fast` c* is c_n, and a second correction gives the error estimate; the chemistry is solved for
 //! its steady state as in `chemistry::steady`.
 //!
 //! φ integrates the chemistry over Δt by a method of [`chemistry`](super::chemistry), to a tolerance
@@ -335,8 +335,7 @@ impl Staggered {
             match attempt {
                 Ok((next, error)) if error <= 1.0 => {
                     *state = next;
-                    report.length = step;
-                    report.error = error;
+                    (report.length, report.error) = (step, error);
                     self.propose(step, proposed, error, first);
                     return Ok(report);
                 }

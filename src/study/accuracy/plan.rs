@@ -95,12 +95,7 @@ impl Study {
         let asked = take_axis(&mut others);
         let first: Vec<String> = others.iter().flat_map(|axis| axis.overrides(0)).collect();
         let plain = Scene::varied(scene, set, &first)?;
-        let (moves, vertices) = match Simulation::new(&plain, search) {
-            Ok(simulation) => (simulation.model().moves(), simulation.model().sheet().rest().len()),
-            // Its own integrator may not go with it: others may.
-            Err(Error::Solve(SolveError::Pairing(_))) => (true, usize::MAX),
-            Err(error) => return Err(error),
-        };
+        let (moves, vertices) = moves_and_vertices(&plain, search)?;
         let varied = Stabilisations::of(&plain, moves, asked.as_ref(), &others)?;
         others.extend(asked.filter(|_| varied.is_none()));
         let base = [set, &first].concat();
@@ -154,6 +149,16 @@ impl Study {
             let patience = if self.is_reference(&member.at) { PATIENCE } else { 1 };
             member.limit = Some(patience.saturating_mul(seconds));
         }
+    }
+}
+
+/// Whether the shape of `scene` moves, and its number of vertices; the most where its own integrator does not go with it.
+fn moves_and_vertices(scene: &Scene, search: &PluginSearch) -> Result<(bool, usize)> {
+    match Simulation::new(scene, search) {
+        Ok(simulation) => Ok((simulation.model().moves(), simulation.model().sheet().rest().len())),
+        // Others may.
+        Err(Error::Solve(SolveError::Pairing(_))) => Ok((true, usize::MAX)),
+        Err(error) => Err(error),
     }
 }
 
