@@ -57,8 +57,8 @@ impl Warnings {
     /// A warning where the run ends.
     pub(super) fn at_end(&self) -> Option<&'static str> {
         self.moving.then_some(
-            "the run ends in the middle of a snap: its last shape is not at rest, and moves under the stabilising drag; \
-             continue it to a later time",
+            "the run ends while the shape moves under the stabilising drag: its last shape is not at rest; continue it to a \
+             later time",
         )
     }
 }
