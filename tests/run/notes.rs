@@ -338,3 +338,12 @@ fn a_start_shape_that_relaxes_away_is_told() {
     let text = run("kinetics.initial.c={gaussian={width=4, amplitude=0.5}}");
     assert!(!text.contains("relaxed away"), "{text}");
 }
+
+/// The factor that decides is too large beyond 50 000 vertices.
+#[test]
+fn a_stability_that_is_not_judged_is_noted() {
+    let noted =
+        |vertices: &str| reported(&[vertices]).contains("stability of equilibria is not judged");
+    assert!(noted("sheet.vertices=51000"));
+    assert!(!noted("sheet.vertices=500"));
+}

@@ -316,3 +316,25 @@ fn a_snap_is_an_event_with_the_energy_that_it_releases() {
         assert!(event[5].parse::<f64>().unwrap() > 0.0, "{event:?}");
     }
 }
+
+/// A stripe that grows between fixed edges: it buckles in the third step, and is at rest at the end.
+#[test]
+fn a_run_that_ends_while_the_shape_moves_says_so() {
+    let scene = r#"
+effect = [
+    { kind = "stretching" },
+    { kind = "bending" },
+    { kind = "pin", where = "rim", axes = "xyz" },
+    { kind = "growth", factor = "1 + 0.1*t*exp(-x^2/10)" },
+]
+sheet = { shape = "rectangle", width = 20.0, height = 20.0, vertices = 900, imperfection = { amplitude = 1e-2, seed = 3 } }
+material = { young = 1e5, poisson = 0.3333333333333333, thickness = 0.3, drag = 0.01 }
+time = { until = 1.0, integrator = { kind = "staggered", longest_step = 0.05 } }
+"#;
+    let moves = |args: &[&str]| {
+        said(&run(scene, &[&["run", "--out", "a"], args].concat()).1)
+            .contains("the run ends while the shape moves under the stabilising drag")
+    };
+    assert!(moves(&["--set", "time.max_steps=5"]));
+    assert!(!moves(&[]));
+}
