@@ -24,7 +24,7 @@ use rumple::model::{Mechanics, Potential};
 use rumple::num::real;
 use rumple::scene::Scene;
 use rumple::sheet::{Shape, Sheet, generate};
-use rumple::tally::{Allocated, Tally, allocated, watch_memory};
+use rumple::tally::Tally;
 use rumple_numerics::linear::BlockMatrix;
 
 #[global_allocator]
@@ -69,7 +69,7 @@ fn spec(table: &str) -> Result<Box<dyn EffectSpec>> {
 }
 
 fn now() -> f64 {
-    real(allocated().unwrap_or_default().bytes)
+    real(MEMORY.allocated())
 }
 
 impl Case {
@@ -88,7 +88,7 @@ impl Case {
         for &effect in effects {
             terms.extend(spec(EFFECTS[effect].1)?.build(&context)?.energies);
         }
-        let mut bytes = now() - before;
+        let built = now() - before;
         let pins = vec![[false; 3]; sheet.vertex_count()];
         let mechanics = Mechanics::new(Arc::clone(sheet), terms, pins)?;
         let mut potential = Potential::new(&mechanics);
@@ -97,11 +97,10 @@ impl Case {
         let mut matrix = BlockMatrix::zeros(pattern);
         let of_matrix = now() - before;
         let mut gradient = vec![Vec3::zeros(); x.len()];
+        let before = now();
         potential.energy_gradient(x, &mut gradient);
         potential.hessian(x, HessianPart::Full, &mut matrix)?;
-        // What evaluations keep, as the meters count it.
-        let kept = mechanics.tally().costs().into_iter().filter(|cost| cost.group == "effect");
-        bytes += kept.map(|cost| real(usize::try_from(cost.bytes).unwrap_or(0))).sum::<f64>();
+        let bytes = built + now() - before;
         Ok(Self {
             effects: effects.to_vec(),
             potential,
@@ -211,7 +210,6 @@ fn at_size(vertices: usize, scope: f64) -> Result<()> {
 }
 
 fn main() -> Result<()> {
-    watch_memory(|| Allocated { bytes: MEMORY.allocated(), times: 0 });
     let sizes: Vec<usize> = std::env::args().skip(1).filter_map(|a| a.parse().ok()).collect();
     let sizes = if sizes.is_empty() { vec![20_000, 2000, 200] } else { sizes };
     println!("{}", machine());

@@ -305,11 +305,6 @@ impl LinearSolver for PetscSolver {
     fn reads_shape(&self) -> bool {
         true
     }
-
-    fn bytes(&self) -> usize {
-        let entries: usize = self.rows.iter().map(Vec::len).sum();
-        entries * (size_of::<Entry>() + 8 * self.axes * self.axes)
-    }
 }
 
 /// A number as PETSc has it.

@@ -1,4 +1,4 @@
-//! What a run cost: share of time and memory of every effect, signal, law and part of the solver.
+//! What a run cost: share of time of every effect, signal, law and part of the solver.
 
 use std::path::Path;
 #[cfg(unix)]
@@ -11,8 +11,7 @@ use crate::model::constraint_meter;
 use crate::num::real;
 use crate::output::{OutputError, ResultDirectory, atomic};
 use crate::scene::Scene;
-use crate::solve::counters;
-use crate::tally::{Cost, Work, allocated};
+use crate::tally::{Cost, Work};
 
 /// What a run cost, as `costs.json` has it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -28,8 +27,6 @@ pub struct Costs {
     pub work: Work,
     /// Threads that computed.
     pub threads: usize,
-    /// Bytes allocated at the end and not before; `None` in a program whose allocator does not count.
-    pub bytes: Option<i64>,
     /// Largest resident memory of the process, bytes, where the system says it.
     pub peak_resident_bytes: Option<u64>,
     /// The parts, effects first.
@@ -52,18 +49,8 @@ pub struct PartCost {
     pub seconds: f64,
     /// Its share of all time.
     pub share: f64,
-    /// Bytes that it has allocated and keeps.
-    pub bytes: i64,
-    /// Allocations, where the allocator counts them.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub allocations: i64,
     /// How often what was done.
     pub counts: Vec<(String, u64)>,
-}
-
-#[allow(clippy::trivially_copy_pass_by_ref)]
-fn is_zero(number: &i64) -> bool {
-    *number == 0
 }
 
 /// Groups in the order in which they are shown.
@@ -78,22 +65,18 @@ impl PartCost {
             place: None,
             seconds: 0.0,
             share: 0.0,
-            bytes: 0,
-            allocations: 0,
             counts: Vec::new(),
         }
     }
 
     fn add(&mut self, cost: &Cost) {
         self.seconds += cost.time.as_secs_f64();
-        self.bytes += cost.bytes;
-        self.allocations += cost.allocations;
         let done = cost.counts.iter().filter(|(_, count)| *count > 0);
         self.counts.extend(done.map(|(name, count)| ((*name).to_owned(), *count)));
     }
 
     fn is_nothing(&self) -> bool {
-        self.counts.is_empty() && self.seconds == 0.0 && self.bytes == 0
+        self.counts.is_empty() && self.seconds == 0.0
     }
 }
 
@@ -138,13 +121,10 @@ impl Costs {
         }
         parts.extend(communication(simulation));
         parts.retain(|part| part.group == "effect" || !part.is_nothing());
-        let counted = allocated().is_some();
         let seconds = simulation.setup.began.elapsed().as_secs_f64();
         let mut elsewhere = PartCost::new("elsewhere", "what no part accounts for");
         let known: f64 = parts.iter().map(|part| part.seconds).sum();
         elsewhere.seconds = (seconds - known).max(0.0);
-        let kept = simulation.setup.kept();
-        elsewhere.bytes = kept - parts.iter().map(|part| part.bytes).sum::<i64>();
         for part in parts.iter_mut().chain([&mut elsewhere]) {
             part.share = if seconds > 0.0 { part.seconds / seconds } else { 0.0 };
         }
@@ -154,17 +134,10 @@ impl Costs {
             cpu_seconds: processor_time(),
             work: simulation.spent().work,
             threads: rayon::current_num_threads(),
-            bytes: counted.then_some(kept),
             peak_resident_bytes: peak_resident(None),
             parts,
             elsewhere,
         }
-    }
-
-    /// Bytes reserved and mostly unused.
-    pub(super) fn reserved(&self) -> i64 {
-        let room = self.parts.iter().filter(|part| part.name == counters::RESERVED);
-        room.map(|part| part.bytes).sum()
     }
 
     /// Writes `costs.json`.
@@ -221,7 +194,6 @@ fn effects(scene: &Scene, simulation: &Simulation, costs: &mut Vec<Cost>) -> Vec
         let mut part = PartCost::new("effect", &spec.name());
         part.place = scene.written(&format!("effect[{number}]"));
         part.seconds = contribution.took.as_secs_f64();
-        part.bytes = contribution.bytes;
         let mut names: Vec<String> = energies.by_ref().take(contribution.parts.energies).collect();
         names.extend(transports.by_ref().take(contribution.parts.transports));
         let kept = constraints.by_ref().take(contribution.parts.constraints);
@@ -238,18 +210,6 @@ fn effects(scene: &Scene, simulation: &Simulation, costs: &mut Vec<Cost>) -> Vec
     all
 }
 
-/// A number of bytes for people.
-pub(super) fn bytes(count: i64) -> String {
-    let size = real(usize::try_from(count.unsigned_abs()).unwrap_or(usize::MAX));
-    let sign = if count < 0 { "-" } else { "" };
-    match count.unsigned_abs() {
-        0..1000 => format!("{count} B"),
-        1000..1_000_000 => format!("{sign}{:.1} kB", size / 1e3),
-        1_000_000..1_000_000_000 => format!("{sign}{:.1} MB", size / 1e6),
-        _ => format!("{sign}{:.2} GB", size / 1e9),
-    }
-}
-
 /// A time for people.
 fn duration(seconds: f64) -> String {
     match seconds {
@@ -260,16 +220,10 @@ fn duration(seconds: f64) -> String {
 }
 
 impl PartCost {
-    /// Name, share, time, memory, counts and place, the name padded to `width`.
-    fn line(&self, width: usize, counted: bool) -> String {
-        let memory = if counted { bytes(self.bytes) } else { "-".into() };
-        let mut line = format!(
-            "  {:width$}  {:>6.2} %  {:>8}  {:>9}",
-            self.name,
-            100.0 * self.share,
-            duration(self.seconds),
-            memory
-        );
+    /// Name, share, time, counts and place, the name padded to `width`.
+    fn line(&self, width: usize) -> String {
+        let (share, time) = (100.0 * self.share, duration(self.seconds));
+        let mut line = format!("  {:width$}  {share:>6.2} %  {time:>8}", self.name);
         let counts: Vec<String> =
             self.counts.iter().map(|(name, count)| format!("{count} × {name}")).collect();
         if !counts.is_empty() {
@@ -293,7 +247,6 @@ impl std::fmt::Display for Costs {
             self.work.steps,
             self.threads
         )?;
-        let counted = self.bytes.is_some();
         let all = self.parts.iter().chain([&self.elsewhere]);
         let width = all.clone().map(|part| part.name.chars().count()).max().unwrap_or(0).min(200);
         let mut group = "";
@@ -302,31 +255,17 @@ impl std::fmt::Display for Costs {
                 group = &part.group;
                 writeln!(f, "{group}")?;
             }
-            writeln!(f, "{}", part.line(width, counted))?;
+            writeln!(f, "{}", part.line(width))?;
         }
         writeln!(f, "work")?;
         let done = Work::NAMES.iter().zip(self.work.values()).filter(|(_, count)| *count > 0);
         for ((name, what), count) in done {
             writeln!(f, "  {:17}  {count:>12}  {what}", name.replace('_', " "))?;
         }
-        match self.bytes {
-            Some(kept) => {
-                let reserved = self.reserved();
-                write!(f, "memory: {} allocated at the end", bytes(kept - reserved))?;
-                if reserved > 0 {
-                    write!(f, ", and {} reserved for matrix products", bytes(reserved))?;
-                }
-            }
-            None => write!(f, "memory: not counted by this program's allocator")?,
+        if let Some(peak) = self.peak_resident_bytes {
+            let megabytes = real(usize::try_from(peak / 1000).unwrap_or(usize::MAX)) / 1e3;
+            writeln!(f, "memory: {megabytes:.1} MB resident at most, the program itself included")?;
         }
-        if let Some(peak) = self.peak_resident_bytes.and_then(|peak| i64::try_from(peak).ok()) {
-            write!(f, "; {} resident at most, the program itself included", bytes(peak))?;
-        }
-        writeln!(f)?;
-        writeln!(
-            f,
-            "times are wall times of the calling thread, each moment counted once; memory is what each \
-             part allocated and kept"
-        )
+        writeln!(f, "times are wall times of the calling thread, each moment counted once")
     }
 }

@@ -176,7 +176,6 @@ pub(super) fn on_diffusion(model: &Model, start: &State, notes: &mut Vec<String>
     }
 }
 
-/// Inspects what pins leave free.
 /// Inspects whether the stability of the equilibria of a quasi-static shape is judged.
 pub(super) fn on_stability(scene: &Scene, workspace: &Workspace, notes: &mut Vec<String>) {
     let model = &workspace.model;
@@ -190,6 +189,7 @@ pub(super) fn on_stability(scene: &Scene, workspace: &Workspace, notes: &mut Vec
     }
 }
 
+/// Inspects what pins leave free.
 fn on_pins(mechanics: &Mechanics, notes: &mut Vec<String>) {
     // On a planar sheet z is not a degree of freedom.
     let axes = if mechanics.is_planar() { 2 } else { 3 };

@@ -5,8 +5,6 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use rumple::tally::Allocated;
-
 thread_local! {
     static COUNT: Cell<usize> = const { Cell::new(0) };
     static BYTES: Cell<usize> = const { Cell::new(0) };
@@ -43,10 +41,9 @@ pub fn allocations() -> usize {
     COUNT.with(Cell::get)
 }
 
-/// What this thread has allocated, for tallies: bytes count from where no thread comes below 0.
-pub fn allocated() -> Allocated {
-    let bytes = BYTES.with(Cell::get).wrapping_add(1 << 60);
-    Allocated { bytes, times: allocations() }
+/// Bytes that this thread has allocated, less those that it has freed.
+pub fn kept() -> isize {
+    BYTES.get().cast_signed()
 }
 
 /// What `work` gives, and the most bytes that this thread had allocated in it at any moment, besides those from

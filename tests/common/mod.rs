@@ -2,7 +2,7 @@
 
 mod counting;
 
-pub use counting::{allocated, allocations, peak_of};
+pub use counting::{allocations, kept, peak_of};
 
 use rumple::kinetics::PluginSearch;
 use rumple::scene::Scene;

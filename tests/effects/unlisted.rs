@@ -10,11 +10,8 @@ use rumple::kinetics::PluginSearch;
 use rumple::output::{Interrupt, Mode, Progress, ResultDirectory};
 use rumple::run::{Costs, laws, run};
 use rumple::scene::Scene;
-use rumple::tally::watch_memory;
 use rumple::{Simulation, Vec3};
 use rumple_numerics::linear::BlockMatrix;
-
-use crate::common::allocated;
 
 /// An effect of this program that no scene here lists.
 #[derive(Debug, serde::Serialize, serde::Deserialize)]
@@ -70,7 +67,6 @@ fn counts(directory: &Path) -> Vec<(String, Vec<(String, u64)>)> {
 /// same, bit for bit and count for count.
 #[test]
 fn an_unlisted_effect_changes_no_bit_and_no_count() {
-    watch_memory(allocated);
     let known = rumple::registry::names::<dyn EffectSpec>();
     assert!(known.contains(&"test-unlisted"), "{known:?}");
     let folder = tempfile::tempdir().unwrap();

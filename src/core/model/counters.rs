@@ -16,11 +16,6 @@ pub(super) mod energy {
     pub(in crate::model) const STEPS: usize = 7;
     pub(in crate::model) const SPECIES: usize = 8;
 
-    /// Whether it hands out what it allocates.
-    pub(in crate::model) fn returns_memory(what: usize) -> bool {
-        matches!(what, LOW_RANK | PAIRS | LENGTHS | SPECIES)
-    }
-
     /// Whether an energy with this coupling is asked for it.
     pub(in crate::model) fn declared(what: usize, coupling: Coupling) -> bool {
         match what {

@@ -269,7 +269,7 @@ impl<'a> Evaluation<'a> {
         }
         let shape = self.potential()?.shape(&state.x);
         let of = |term: &dyn InternalVariables, values: &Vec<f64>| {
-            let _scope = counters::of_internal(model.tally(), term.name()).transferring_scope(0);
+            let _scope = counters::of_internal(model.tally(), term.name()).scope(0);
             let mut rates = vec![0.0; values.len()];
             term.rates(&shape, values, &mut rates);
             rates

@@ -156,7 +156,7 @@ impl Model {
     pub fn growth(&self, time: f64) -> Result<Option<Cow<'_, [f64]>>, ModelError> {
         let mut all: Option<Cow<'_, [f64]>> = None;
         for (k, growth) in self.growth.iter().enumerate() {
-            let _scope = counters::of_growth(self.tally(), k).transferring_scope(0);
+            let _scope = counters::of_growth(self.tally(), k).scope(0);
             let factor = growth.at(self.sheet(), time);
             match &mut all {
                 None => all = Some(factor),

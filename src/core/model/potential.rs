@@ -185,10 +185,7 @@ impl Potential {
             if !energy::declared(what, term.coupling()) {
                 continue;
             }
-            let _scope = match energy::returns_memory(what) {
-                true => meters[k].transferring_scope(what),
-                false => meters[k].scope(what),
-            };
+            let _scope = meters[k].scope(what);
             f(k, &**term, work, &shape);
         }
     }

@@ -1,7 +1,6 @@
 //! Counters of the work of solvers, and their names.
 
-use crate::linear::reserve_scratch;
-use crate::tally::{Meter, Scope, Tally, allocated};
+use crate::tally::{Meter, Scope, Tally};
 
 /// Relaxations without their linear algebra.
 pub(crate) const RELAXATION: &str = "relaxation: directions, line search";
@@ -40,15 +39,8 @@ pub(super) struct Linear {
     tally: Tally,
 }
 
-/// Room that the library for matrix products reserves for itself, once a thread.
-pub const RESERVED: &str = "room for matrix products, reserved and mostly unused";
-
 impl Linear {
     pub(super) fn of(tally: &Tally) -> Self {
-        if allocated().is_some() {
-            let _scope = tally.meter("solver", RESERVED, &[]).uncounted_scope();
-            reserve_scratch();
-        }
         Self {
             factors: tally.meter("solver", FACTORS, &[]),
             solutions: tally.meter("solver", SOLUTIONS, &[]),

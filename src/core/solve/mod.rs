@@ -141,11 +141,6 @@ pub trait EquilibriumSpec: std::fmt::Debug + Send + Sync {
         false
     }
 
-    /// Bytes of history that it keeps at most on a sheet of that many vertices.
-    fn history_bytes(&self, _vertices: usize) -> usize {
-        0
-    }
-
     /// Makes it ready for the effects of a sheet.
     ///
     /// # Errors

@@ -318,7 +318,8 @@ impl Staggered {
             Some(step) => step,
             None => self.first_step(workspace, state, until)?,
         };
-        let shortest = SHORTEST_STEP * *self.first.get_or_insert(tried);
+        let shortest =
+            self.relaxing_share(workspace) * SHORTEST_STEP * *self.first.get_or_insert(tried);
         let now = workspace.at(state).signals()?.clone();
         let (mut report, mut first) = (StepReport::default(), true);
         loop {

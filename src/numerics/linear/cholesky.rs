@@ -167,11 +167,4 @@ impl MixedPrecisionCholesky {
             single.solve(rhs);
         }
     }
-
-    /// Bytes of the factor.
-    #[must_use]
-    pub(crate) fn factor_bytes(&self) -> usize {
-        self.single.as_ref().map_or(0, |f| 4 * f.factor_size())
-            + self.double.as_ref().map_or(0, |f| 8 * f.factor_size())
-    }
 }

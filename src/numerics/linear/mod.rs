@@ -51,20 +51,6 @@ pub use solver::LinearSolver;
 pub use sparse::{Pattern, Sparse, SumOfProduct};
 pub use stencils::{Elements, LazyStencils, Packed, Rows, Sink, Stencils, pack};
 
-/// Lets the library for matrix products reserve the room that it keeps for every thread: address space
-/// twice as large as the last cache, of which small products touch little. It would do so with the first
-/// factorisation.
-pub fn reserve_scratch() {
-    let reserve = || {
-        let a = faer::Mat::<f64>::identity(32, 32);
-        let mut c = faer::Mat::<f64>::zeros(32, 32);
-        let (a, out) = (a.as_ref(), c.as_mut());
-        faer::linalg::matmul::matmul(out, faer::Accum::Replace, a, a, 1.0, faer::Par::Seq);
-    };
-    rayon::broadcast(|_| reserve());
-    reserve();
-}
-
 /// A matrix that could not be factorised, or a system that could not be solved, and why.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]

@@ -59,9 +59,6 @@ pub trait LinearSolver: Send {
         false
     }
 
-    /// Bytes that it keeps.
-    fn bytes(&self) -> usize;
-
     /// What the next factorisation depends on besides its matrix.
     fn memory(&self) -> Record {
         Record::default()
@@ -84,10 +81,6 @@ impl LinearSolver for BlockCholesky<f64> {
     fn solve(&mut self, rhs: &mut [Vec3]) {
         Self::solve(self, rhs);
     }
-
-    fn bytes(&self) -> usize {
-        8 * self.factor_size()
-    }
 }
 
 impl LinearSolver for BlockLdlt {
@@ -106,10 +99,6 @@ impl LinearSolver for BlockLdlt {
     fn negative_eigenvalues(&self) -> Option<usize> {
         self.negative()
     }
-
-    fn bytes(&self) -> usize {
-        8 * self.factor_size()
-    }
 }
 
 impl LinearSolver for MixedPrecisionCholesky {
@@ -124,10 +113,6 @@ impl LinearSolver for MixedPrecisionCholesky {
 
     fn solve(&mut self, rhs: &mut [Vec3]) {
         Self::solve(self, rhs);
-    }
-
-    fn bytes(&self) -> usize {
-        self.factor_bytes()
     }
 
     /// Single precision may have been given up.
@@ -160,9 +145,5 @@ impl LinearSolver for Multigrid {
 
     fn reads_shape(&self) -> bool {
         true
-    }
-
-    fn bytes(&self) -> usize {
-        Self::bytes(self)
     }
 }

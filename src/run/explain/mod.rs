@@ -1,11 +1,10 @@
-//! What a scene calls for, and why: unknowns, effects, signals, solvers, output, memory; and what it spares.
+//! What a scene calls for, and why: unknowns, effects, signals, solvers, output; and what it spares.
 //!
 //! Everything is asked from what the scene was built into: what an effect is said to couple, fix, grow or
 //! transport is what it contributes to the model, so that a new effect explains itself.
 
 mod absent;
 mod effects;
-mod memory;
 mod solvers;
 
 use serde::Serialize;
@@ -87,7 +86,6 @@ impl Explanation {
     /// # Errors
     /// If a law or an effect cannot be evaluated at the start.
     pub fn of(scene: &Scene, simulation: &mut Simulation) -> Result<Self> {
-        let memory = memory::lines(scene, simulation)?;
         let sections = vec![
             Section { title: "unknowns", lines: effects::unknowns(scene, simulation) },
             Section { title: "effects", lines: effects::lines(scene, simulation) },
@@ -95,7 +93,6 @@ impl Explanation {
             Section { title: "solvers", lines: solvers::lines(scene, simulation) },
             Section { title: "output", lines: solvers::output(scene, simulation) },
             Section { title: "not in this scene", lines: absent::lines(scene, simulation) },
-            Section { title: "memory", lines: memory },
         ];
         Ok(Self { scene: scene.name().to_owned(), sections })
     }

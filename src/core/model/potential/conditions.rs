@@ -117,7 +117,7 @@ impl Potential {
         let shape = Shape { sheet, metric, time, x };
         let terms = mechanics.terms().iter().zip(work).zip(mechanics.meters());
         for ((term, work), meter) in terms.filter(|((term, _), _)| !term.species().is_empty()) {
-            let _scope = meter.transferring_scope(energy::SPECIES);
+            let _scope = meter.scope(energy::SPECIES);
             term.mixed_species_derivatives(&shape, &conditions, work, emit);
         }
     }

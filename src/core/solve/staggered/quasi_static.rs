@@ -109,6 +109,17 @@ impl Staggered {
         workspace.stabilisation.share.unwrap_or(self.spec.rtol.get())
     }
 
+    /// By what the shortest step of a stabilised shape is shorter than that of others: in a snap steps are to follow stretching,
+    /// which relaxes in a time in proportion to η.
+    ///
+    /// ```text
+    /// min(1, S / √rtol · η / η_most)
+    /// ```
+    pub(super) fn relaxing_share(&self, workspace: &Workspace) -> f64 {
+        let Some((drag, most)) = self.stabilised.drag else { return 1.0 };
+        (self.largest_share(workspace) / self.spec.rtol.get().sqrt() * drag / most).min(1.0)
+    }
+
     /// Lowers η after a step whose drag took up more than the share S of the energy supplied, and raises it again.
     fn adapt_drag(&mut self, workspace: &Workspace, done: &Relaxation) {
         let share = done.dissipated / (done.dissipated + done.supplied.abs());

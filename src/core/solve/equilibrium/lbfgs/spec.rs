@@ -94,10 +94,6 @@ impl EquilibriumSpec for LbfgsSpec {
         self.preconditioner != Preconditioner::Multigrid && self.collapse.is_none()
     }
 
-    fn history_bytes(&self, vertices: usize) -> usize {
-        2 * self.memory.get() * vertices * size_of::<crate::Vec3>()
-    }
-
     fn build(&self, mechanics: &Mechanics) -> Result<Box<dyn Equilibrium>, SolveError> {
         Ok(Box::new(Lbfgs::new(mechanics, *self)?))
     }
