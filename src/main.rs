@@ -10,7 +10,6 @@ use rumple::tally::{Allocated, watch_memory};
 static MEMORY: Cap<System> = Cap::new(System, usize::MAX);
 
 fn main() -> std::process::ExitCode {
-    rumple::kinetics::serve_if_asked();
     watch_memory(|| Allocated { bytes: MEMORY.allocated(), times: 0 });
     rumple::cli::main()
 }

@@ -291,19 +291,6 @@ pub enum KineticsError {
         /// The value after the call.
         after: f64,
     },
-    /// A plugin changed what belongs to the whole process, or to the thread that called it.
-    #[error("plugin `{plugin}` {what} in {call}: a plugin must not modify global state")]
-    Misbehaves {
-        /// The plugin.
-        plugin: String,
-        /// Which call.
-        call: &'static str,
-        /// What it does.
-        what: String,
-    },
-    /// An isolated plugin ended its process or did not answer, or its process could not be started.
-    #[error("{0}")]
-    Isolated(String),
     /// An input that is not a finite number: the fault lies before the kinetics.
     #[error("{input} = {} at {location} {point}: kinetics need finite inputs", Short(*value))]
     BadInput {

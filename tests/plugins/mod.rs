@@ -7,7 +7,6 @@ mod embedding;
 mod faults;
 mod feedback;
 mod fields;
-mod isolated;
 mod joint;
 mod made;
 mod models;
