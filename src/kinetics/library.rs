@@ -74,7 +74,7 @@ impl Library {
     /// Loads the plugin at a path and checks its table and descriptor.
     ///
     /// # Errors
-    /// [`KineticsError`]: no such file, no library, no plugin, wrong magic or major version,
+    /// [`KineticsError`]: no such file, no library, no plugin, wrong magic or version,
     /// truncated table, or a descriptor that makes no sense.
     pub fn load(path: &Path) -> Result<Arc<Self>, KineticsError> {
         // A full path keeps the system from looking anywhere else for a file of this name.

@@ -14,4 +14,3 @@ mod parameters;
 mod planted;
 mod reported;
 mod search;
-mod versions;
