@@ -53,7 +53,7 @@ pub struct Simulation {
     pub(crate) faults: Vec<String>,
     /// Contributions of its effects, and the cost of setting up.
     pub(crate) setup: SetupCost,
-    /// The laws of nature that steps are held to, if the scene lists some.
+    /// The laws of nature that are monitored, if the scene lists some.
     pub(crate) invariants: Option<Invariants>,
     /// What relaxing the start and stepping have cost.
     pub(crate) spent: Spent,
@@ -170,7 +170,7 @@ impl Simulation {
     /// Makes the start satisfy the rows without storage, and the shape rest: before the first step.
     ///
     /// # Errors
-    /// If a relaxation or a law fails, or the start breaks a law of nature that the scene lists.
+    /// If a relaxation or a law fails, or the start breaks a limit of the scene.
     pub fn prepare(&mut self) -> Result<Relaxation> {
         let done = self.spend(|s| s.stepper.prepare()).0?;
         if let Some(laws) = &mut self.invariants {
