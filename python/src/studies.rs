@@ -50,7 +50,6 @@ impl How {
         counted(&[("jobs", self.jobs), ("threads", self.threads.into())])?;
         let search = Plugins::search(self.plugins.as_ref());
         plan.threads = self.threads;
-        plan.plugin_limit = UNLIMITED;
         plan.plugin_path =
             search.directories().iter().map(|path| full(path)).collect::<rumple::Result<_>>()?;
         Ok(())
@@ -94,9 +93,6 @@ fn counted(settings: &[(&str, u64)]) -> rumple::Result<()> {
         Some((name, _)) => Err(Error::Refused(format!("{name} is 0, expected 1 or more"))),
     }
 }
-
-/// Seconds that one call of a plugin may take: only isolated ones are timed.
-const UNLIMITED: f64 = f64::MAX;
 
 fn axes(texts: &[String]) -> rumple::Result<Vec<Axis>> {
     texts.iter().map(|text| Axis::parse(text).map_err(Error::Refused)).collect()

@@ -14,8 +14,6 @@ mod check;
 mod compare;
 mod completions;
 mod explain;
-#[cfg(unix)]
-mod fatal_signal;
 mod follow;
 mod inspect;
 pub mod mesh;
@@ -39,7 +37,7 @@ use std::time::{Duration, Instant};
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::kinetics::{Isolation, KineticsError, PluginSearch, take_destroy_error};
+use crate::kinetics::PluginSearch;
 use crate::output::{OutputError, interrupt};
 use crate::scene::Scene;
 use crate::solve::SolveError;
@@ -94,9 +92,6 @@ enum Command {
 /// Bytes of stack of a thread: what the main one has elsewhere.
 const STACK_BYTES: usize = 8 << 20;
 
-/// Seconds that one call of a plugin may take if the user does not say.
-const PLUGIN_LIMIT: f64 = 60.0;
-
 /// What every command that takes a scene takes.
 #[derive(Debug, Clone, Args)]
 struct SceneArgs {
@@ -113,12 +108,6 @@ struct SceneArgs {
     /// it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
-    /// With `--isolate`: seconds that one call of a plugin (for at most 4096 points) may take.
-    #[arg(long, value_name = "S", default_value_t = PLUGIN_LIMIT, requires = "isolate")]
-    plugin_limit: f64,
-    /// Isolate every plugin in a process of its own: one that crashes, exits or hangs ends the run with an error.
-    #[arg(long)]
-    isolate: bool,
 }
 
 impl SceneArgs {
@@ -152,9 +141,6 @@ impl SceneArgs {
         if let Some(threads) = self.threads {
             words.extend(["--threads".to_owned(), threads.to_string()]);
         }
-        if self.isolate {
-            words.extend(["--isolate".to_owned(), format!("--plugin-limit={}", self.plugin_limit)]);
-        }
         Ok(words)
     }
 
@@ -162,15 +148,8 @@ impl SceneArgs {
     fn load(&self) -> Result<(Scene, PluginSearch)> {
         self.set_threads();
         let scene = Scene::load(&self.scene, &self.overrides)?;
-        let search = PluginSearch::from_environment(&self.plugin_path);
-        Ok((scene, search.isolated(isolation(self.isolate, self.plugin_limit)?)))
+        Ok((scene, PluginSearch::from_environment(&self.plugin_path)))
     }
-}
-
-/// Processes of their own for plugins, whose calls may take `limit` seconds, if they are to have some.
-fn isolation(isolate: bool, limit: f64) -> Result<Option<Isolation>> {
-    let limit = || Duration::try_from_secs_f64(limit).unwrap_or(Duration::MAX);
-    Ok(isolate.then(|| Isolation::here(limit())).transpose()?)
 }
 
 /// Sets up the threads, as many as there are cores if no number is given.
@@ -192,8 +171,6 @@ fn absolute(path: &Path) -> Result<PathBuf> {
 #[must_use]
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
-    #[cfg(unix)]
-    fatal_signal::install();
     let result = match &cli.command {
         Command::New(args) => new::run(args),
         Command::Run(args) => run::run(args),
@@ -213,9 +190,6 @@ pub fn main() -> ExitCode {
         Command::Completions(args) => completions::completions(args),
         Command::Man(args) => completions::man(args),
     };
-    // No call of an instance that is dropped can return its error.
-    let result =
-        result.and_then(|()| take_destroy_error().map_or(Ok(()), |error| Err(error.into())));
     let (code, text) = match result {
         Ok(()) => (0, String::new()),
         // The command has reported it.
@@ -262,8 +236,6 @@ fn warn(text: &str) {
 
 fn exit_code(error: &Error) -> u8 {
     match error {
-        // The run itself is as asked for; the plugin has failed.
-        Error::Kinetics(KineticsError::Isolated(_) | KineticsError::Misbehaves { .. }) => 1,
         Error::Scene(_)
         | Error::Sheet(_)
         | Error::Kinetics(_)

@@ -33,12 +33,6 @@ pub(super) struct ResumeArgs {
     /// Threads to compute with; all cores by default. Results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
-    /// With `--isolate`: seconds that one call of a plugin (for at most 4096 points) may take.
-    #[arg(long, value_name = "S", default_value_t = 60.0, requires = "isolate")]
-    plugin_limit: f64,
-    /// Isolate every plugin in a process of its own: one that crashes, exits or hangs ends the run with an error.
-    #[arg(long)]
-    isolate: bool,
     /// Print nothing but errors, and what a law does wrong.
     #[arg(long)]
     quiet: bool,
@@ -66,8 +60,7 @@ fn run_in_pool(args: &ResumeArgs, ranks: Option<Arc<dyn Communicator>>) -> Resul
     }
     let directory = agreed(ranks.as_deref(), directory(&root, ranks.as_deref()))?;
     let quiet = args.quiet || ranks.as_ref().is_some_and(|ranks| ranks.rank() > 0);
-    let search = PluginSearch::from_environment(&args.plugin_path)
-        .isolated(super::isolation(args.isolate, args.plugin_limit)?);
+    let search = PluginSearch::from_environment(&args.plugin_path);
     let until = args.until.map(|until| format!("time.until={until:?}"));
     let overrides: Vec<String> = args.overrides.iter().cloned().chain(until).collect();
     let resumed =

@@ -1,6 +1,5 @@
 //! What kinetics says about itself, checked.
 
-use super::float_bits;
 use super::signal::Signal;
 use rumple_numerics::num::Short;
 
@@ -40,7 +39,7 @@ impl Location {
 }
 
 /// One species.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Species {
     /// Name in scenes and results.
     pub name: String,
@@ -49,16 +48,12 @@ pub struct Species {
     /// Description.
     pub doc: String,
     /// Magnitude that matters, > 0.
-    #[serde(with = "float_bits")]
     pub typical: f64,
     /// Least value that makes sense.
-    #[serde(with = "float_bits")]
     pub lower: f64,
     /// Greatest value that makes sense.
-    #[serde(with = "float_bits")]
     pub upper: f64,
     /// Diffusion coefficient unless the scene gives one, length²/time.
-    #[serde(with = "float_bits")]
     pub diffusion: f64,
     /// Location unless the scene gives one.
     pub location: Location,
@@ -82,7 +77,7 @@ impl Species {
 }
 
 /// One parameter.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
     /// Name in scenes.
     pub name: String,
@@ -93,22 +88,20 @@ pub struct Parameter {
     /// Value where the scene gives none.
     pub default: Default,
     /// Lower bound.
-    #[serde(with = "float_bits")]
     pub lower: f64,
     /// Whether the lower bound itself is excluded.
     pub lower_open: bool,
     /// Upper bound.
-    #[serde(with = "float_bits")]
     pub upper: f64,
     /// Whether the upper bound itself is excluded.
     pub upper_open: bool,
 }
 
 /// The default of a parameter.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Default {
     /// A number.
-    Value(#[serde(with = "float_bits")] f64),
+    Value(f64),
     /// The value of an earlier parameter.
     SameAs(usize),
 }
@@ -153,17 +146,16 @@ impl Parameter {
 }
 
 /// A signal that the rates read.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SignalRead {
     /// Which.
     pub signal: Signal,
     /// Magnitude that matters, > 0, in the signal's unit.
-    #[serde(with = "float_bits")]
     pub typical: f64,
 }
 
 /// What is given besides rates.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Capabilities {
     /// Exact partial derivatives of the rates.
     pub rate_partials: bool,
@@ -180,7 +172,7 @@ pub struct Capabilities {
 }
 
 /// An observable besides the species.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Observable {
     /// Name in scenes and results.
     pub name: String,
@@ -191,7 +183,7 @@ pub struct Observable {
 }
 
 /// What kinetics says about itself.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Descriptor {
     /// Reverse domain name.
     pub id: String,

@@ -74,12 +74,13 @@ pub enum KineticsError {
         /// The first eight bytes.
         found: [u8; 8],
     },
-    /// Built for another major version of the boundary.
+    /// Built for another version of the boundary.
     #[error(
         "plugin {} was built for version {major}.{minor} of the plugin boundary; this engine \
-         needs {}.x: rebuild it with the matching SDK or header",
+         needs {}.{}: rebuild it with the SDK or the header of this engine (plugins/sdk, plugins/abi/include)",
         path.display(),
-        rumple_plugin_abi::ABI_MAJOR
+        rumple_plugin_abi::ABI_MAJOR,
+        rumple_plugin_abi::ABI_MINOR
     )]
     WrongVersion {
         /// The path.
@@ -89,11 +90,11 @@ pub enum KineticsError {
         /// Its minor version.
         minor: u32,
     },
-    /// The table is smaller than the smallest valid one.
+    /// The table is smaller than a valid one.
     #[error(
         "plugin {} has a truncated table: {size} bytes, expected at least {}",
         path.display(),
-        rumple_plugin_abi::MINIMUM_TABLE_SIZE
+        size_of::<rumple_plugin_abi::PluginTable>()
     )]
     TruncatedTable {
         /// The path.
@@ -291,19 +292,6 @@ pub enum KineticsError {
         /// The value after the call.
         after: f64,
     },
-    /// A plugin changed what belongs to the whole process, or to the thread that called it.
-    #[error("plugin `{plugin}` {what} in {call}: a plugin must not modify global state")]
-    Misbehaves {
-        /// The plugin.
-        plugin: String,
-        /// Which call.
-        call: &'static str,
-        /// What it does.
-        what: String,
-    },
-    /// An isolated plugin ended its process or did not answer, or its process could not be started.
-    #[error("{0}")]
-    Isolated(String),
     /// An input that is not a finite number: the fault lies before the kinetics.
     #[error("{input} = {} at {location} {point}: kinetics need finite inputs", Short(*value))]
     BadInput {

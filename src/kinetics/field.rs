@@ -37,11 +37,6 @@ impl Columns {
         Self { count, data: vec![0.0; columns * count] }
     }
 
-    /// How many columns there are; none where there are no points.
-    pub(super) fn width(&self) -> usize {
-        self.data.len() / self.count.max(1)
-    }
-
     /// One column.
     ///
     /// # Panics

@@ -20,14 +20,11 @@ pub mod differences;
 mod error;
 mod feedback;
 pub mod field;
-mod float_bits;
 pub mod formula;
 mod host_law;
 mod library;
 mod metadata;
 mod parameters;
-mod plugin;
-mod process_memory;
 mod quantity;
 pub mod search;
 mod signal;
@@ -43,13 +40,7 @@ pub use descriptor::{
 pub use error::KineticsError;
 pub use feedback::Feedback;
 pub use host_law::{HostLaw, Template};
-pub use library::isolated::{IsolatedKinetics, IsolatedLibrary, Isolation, serve_if_asked};
-#[cfg(unix)]
-pub use library::signal_meaning;
-pub use library::{
-    Library, PluginKinetics, call_under_way, check_global_state, take_destroy_error,
-};
-pub use plugin::Plugin;
+pub use library::{Library, PluginKinetics};
 pub use quantity::Quantity;
 pub use rumple_plugin_abi::C_HEADER;
 pub use search::PluginSearch;

@@ -3,19 +3,14 @@
 //!
 //! Everything that a library says is checked before it is believed, as far as it can be: a table
 //! or pointer that lies about its own length cannot be distinguished from an honest one. A library is never
-//! unloaded. A plugin in this process is trusted like any shared library: neither signal handlers nor exit hooks
-//! are installed, nor is global state checked. Plugins that may end, block or alter their process are
-//! [isolated](isolated).
+//! unloaded. A plugin is trusted like any shared library: neither signal handlers nor exit hooks are installed, nor is
+//! global state checked.
 #![allow(unsafe_code)]
 
 mod call;
-mod global_state;
 mod inputs;
 mod instance;
-#[cfg_attr(not(target_os = "linux"), path = "library/not_isolated.rs")]
-pub(super) mod isolated;
 mod read;
-mod under_way;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -28,13 +23,7 @@ use super::error::KineticsError;
 use super::parameters;
 use super::search::no_file;
 use super::{Feedback, Quantity};
-use call::Call;
-pub use global_state::check_global_state;
-pub(crate) use global_state::is_checked;
-pub use instance::{PluginKinetics, take_destroy_error};
-pub use under_way::call_under_way;
-#[cfg(unix)]
-pub use under_way::signal_meaning;
+pub use instance::PluginKinetics;
 
 /// A loaded plugin: its description and its functions.
 #[derive(Debug)]
@@ -85,7 +74,7 @@ impl Library {
     /// Loads the plugin at a path and checks its table and descriptor.
     ///
     /// # Errors
-    /// [`KineticsError`]: no such file, no library, no plugin, wrong magic or major version,
+    /// [`KineticsError`]: no such file, no library, no plugin, wrong magic or version,
     /// truncated table, or a descriptor that makes no sense.
     pub fn load(path: &Path) -> Result<Arc<Self>, KineticsError> {
         // A full path keeps the system from looking anywhere else for a file of this name.
@@ -93,10 +82,8 @@ impl Library {
         if !path.is_file() {
             return Err(no_file(path));
         }
-        let name = path.display().to_string();
         // SAFETY: runs the initialisers of the library: the user chose to trust it.
-        let load = || unsafe { libloading::Library::new(&path) };
-        let library = Call::without_points(&name, "loading").enter(load)?.map_err(|error| {
+        let library = unsafe { libloading::Library::new(&path) }.map_err(|error| {
             let source = std::error::Error::source(&error).map(ToString::to_string);
             let reason = source.unwrap_or_else(|| error.to_string());
             KineticsError::NotALibrary { path: path.clone(), reason }

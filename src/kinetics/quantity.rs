@@ -50,11 +50,6 @@ impl Quantity {
         }
     }
 
-    /// The one of a call.
-    pub(super) fn of_call(call: &str, partials: bool) -> Option<Self> {
-        Self::ALL.into_iter().find(|quantity| quantity.call(partials) == call)
-    }
-
     /// Whether a law gives it.
     #[must_use]
     pub fn is_given(self, law: &Descriptor) -> bool {

@@ -4,8 +4,8 @@ use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::HostLaw;
 use super::error::{KineticsError, nearest};
-use super::{HostLaw, Isolation};
 
 /// The environment variable with further directories, separated as in `PATH`.
 pub const PATH_VARIABLE: &str = "RUMPLE_PLUGIN_PATH";
@@ -14,12 +14,10 @@ pub const PATH_VARIABLE: &str = "RUMPLE_PLUGIN_PATH";
 /// those in `lib/rumple/plugins`.
 pub const INSTALLED: &str = "lib/rumple/plugins";
 
-/// The directories in which a plugin is looked up by name, in order; whether it is to have a process
-/// of its own; and the law of the host program.
+/// The directories in which a plugin is looked up by name, in order; and the law of the host program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PluginSearch {
     directories: Vec<PathBuf>,
-    isolation: Option<Isolation>,
     host_law: Option<HostLaw>,
 }
 
@@ -27,13 +25,7 @@ impl PluginSearch {
     /// These directories and no others.
     #[must_use]
     pub fn in_directories(directories: Vec<PathBuf>) -> Self {
-        Self { directories, isolation: None, host_law: None }
-    }
-
-    /// With every plugin in a process of its own; or, with `None`, in this one.
-    #[must_use]
-    pub fn isolated(self, isolation: Option<Isolation>) -> Self {
-        Self { isolation, ..self }
+        Self { directories, host_law: None }
     }
 
     /// With the law `host_law`: that of a table which names it as its plugin, or of the scene besides its others.
@@ -52,12 +44,6 @@ impl PluginSearch {
     #[must_use]
     pub fn host_law_named(&self, plugin: &str) -> Option<&HostLaw> {
         self.host_law().filter(|law| law.name() == plugin)
-    }
-
-    /// How plugins get processes of their own, if they do.
-    #[must_use]
-    pub fn isolation(&self) -> Option<&Isolation> {
-        self.isolation.as_ref()
     }
 
     /// The explicit directories first, then those of [`PATH_VARIABLE`], then the executable's own, then
@@ -81,7 +67,7 @@ impl PluginSearch {
                 *directory = full;
             }
         }
-        Self { directories, isolation: None, host_law: None }
+        Self { directories, host_law: None }
     }
 
     /// The same, which looks in `directory` last.

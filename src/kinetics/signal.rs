@@ -5,9 +5,7 @@ use std::str::FromStr;
 
 /// A quantity that the engine computes, if some kinetics reads it, at the points where species
 /// live.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Signal {
     /// Mean curvature H, 1/length. Positive at the top of a bump towards the normal; 0 on the boundary.
     MeanCurvature,

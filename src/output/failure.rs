@@ -4,8 +4,6 @@
 //! DIR/failure/report.md      what failed, where, and what to try
 //! DIR/failure/ledger.csv     the last steps, and the rejected step attempts
 //! DIR/failure/state.vtu      the last good state, with what acts on it
-//! DIR/failure/replay.toml    a scene that begins just before the failure
-//! DIR/failure/start.bin      where it begins
 //! ```
 //!
 //! It is built aside and takes its name by a rename: a reader sees all of it or nothing.
@@ -16,7 +14,7 @@ use std::path::{Path, PathBuf};
 use super::{OutputError, ResultDirectory};
 
 /// The files in it.
-const FILES: [&str; 5] = ["report.md", "ledger.csv", "state.vtu", "replay.toml", "start.bin"];
+const FILES: [&str; 3] = ["report.md", "ledger.csv", "state.vtu"];
 /// Its name while it is built.
 const PARTIAL_NAME: &str = ".failure.part";
 

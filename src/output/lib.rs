@@ -15,7 +15,7 @@
 //! DIR/status.json                running, complete, interrupted or failed, and why
 //! DIR/measures.csv               of a member of a sweep: measures at the output times
 //! DIR/shown.vtu                  of a member of a sweep: what its picture shows
-//! DIR/failure/                   why a run failed, its last good state, and a scene that fails again
+//! DIR/failure/                   why a run failed, and its last good state
 //! ```
 //!
 //! Observers get a state and give nothing back. Frames, the index of frames and the two records

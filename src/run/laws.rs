@@ -12,7 +12,7 @@ use crate::kinetics::formula::{
 };
 use crate::kinetics::validation;
 use crate::kinetics::{
-    Descriptor, JointKinetics, Kinetics, KineticsError, Location, Member, Parameter, Plugin,
+    Descriptor, JointKinetics, Kinetics, KineticsError, Library, Location, Member, Parameter,
     PluginSearch,
 };
 use crate::model::{Evaluation, ParameterFields};
@@ -252,9 +252,9 @@ fn loaded(
         return Ok((host_law.instantiate(&given).map_err(blame)?, None));
     }
     let file = search.resolve(plugin, Path::new("")).map_err(blame)?;
-    let plugin = Plugin::load(&file, search).map_err(blame)?;
+    let plugin = Library::load(&file).map_err(blame)?;
     let given = uniform(spec, plugin.descriptor());
-    Ok((plugin.instantiate(&given).map_err(blame)?, Some(file)))
+    Ok((Arc::new(plugin.instantiate(&given).map_err(blame)?), Some(file)))
 }
 
 /// The parameters that are numbers. A field leaves the instance its default; a name that is not known gets a number, and

@@ -22,21 +22,14 @@ const WALL_TIME_TITLE: &str = "wall time [s]";
 const STEP_TITLES: [&str; 4] = ["step", "time", "step size [time]", "error estimate"];
 
 /// What the columns of [`Causes`](crate::solve::rejections::Causes) and of values that are not finite are called.
-fn cause_columns(held: bool) -> impl Iterator<Item = String> {
-    let causes = Cause::ALL.into_iter().filter(move |cause| counts(*cause, held));
-    let causes = causes.map(|cause| format!("rejected for {}", cause.name()));
+fn cause_columns() -> impl Iterator<Item = String> {
+    let causes = Cause::ALL.into_iter().map(|cause| format!("rejected for {}", cause.name()));
     causes.chain(["values not finite".to_owned()])
 }
 
-/// Whether a cause has a column in a run that is held to laws of nature or not.
-fn counts(cause: Cause, held: bool) -> bool {
-    held || cause != Cause::Invariant
-}
-
 /// Their row.
-fn causes(report: &StepReport, held: bool) -> impl Iterator<Item = f64> {
-    let rejected = report.rejected.iter().filter(move |(cause, _)| counts(*cause, held));
-    let counts = rejected.map(|(_, count)| count).chain([report.not_finite]);
+fn causes(report: &StepReport) -> impl Iterator<Item = f64> {
+    let counts = report.rejected.iter().map(|(_, count)| count).chain([report.not_finite]);
     counts.map(|count| real(usize::try_from(count).unwrap_or(usize::MAX)))
 }
 
@@ -75,7 +68,7 @@ pub(super) fn columns(model: &Model, watched: bool, invariants: &[String]) -> Ve
     let mut all = STEP_TITLES.map(str::to_owned).to_vec();
     // A row is a step.
     let work = Work::NAMES[1..].iter().map(|(name, _)| name.replace('_', " "));
-    let work = work.chain(cause_columns(!invariants.is_empty()));
+    let work = work.chain(cause_columns());
     if is_point(model) {
         all.extend(work.chain([WALL_TIME_TITLE.to_owned()]));
         if let Some(chemistry) = model.chemistry() {
@@ -195,7 +188,7 @@ pub(super) fn row(
     let mut row = vec![step, state.time, report.length, report.error];
     let work = report.work.values().into_iter().skip(1);
     let work = work.map(|count| real(usize::try_from(count).unwrap_or(usize::MAX)));
-    let work = work.chain(causes(report, !invariants.is_empty()));
+    let work = work.chain(causes(report));
     if is_point(model) {
         row.extend(work);
         row.push(wall);

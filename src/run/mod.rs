@@ -40,7 +40,6 @@ mod self_intersection;
 mod session;
 mod setup_cost;
 mod simulation;
-mod snapshot;
 pub mod stability;
 mod stability_monitor;
 pub mod stiffness;

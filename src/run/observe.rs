@@ -20,7 +20,7 @@ pub struct StepInfo<'a> {
     pub new: bool,
     /// Number of negative-curvature modes, where the run monitors stability.
     pub negative: Option<f64>,
-    /// What the laws of nature that the scene lists say of it, in the order of their columns.
+    /// What the monitors that the scene lists say of it, in the order of their columns.
     pub invariants: &'a [f64],
     /// Wall time since the run began, seconds.
     pub wall: f64,

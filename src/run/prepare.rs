@@ -11,7 +11,6 @@ use super::processor::Processor;
 use super::ranks::RankPart;
 use super::setup_cost::SetupCost;
 use super::simulation::{Simulation, mesh_record};
-use super::snapshot::Snapshot;
 use super::{Error, Fields, Result, initial_state, laws, lints, planar, scale_checks};
 use crate::effects::{EffectError, MaterialField, ReadSurface};
 use crate::geometry::face_areas;
@@ -157,7 +156,6 @@ fn on(
     let (plugins, host_law) = laws.map(|laws| (laws.files, laws.host_law)).unwrap_or_default();
     let mut simulation = Simulation {
         stepper,
-        at_rest: false,
         plugins,
         host_law,
         fields,
@@ -194,12 +192,8 @@ fn initial_state(
     Ok(state)
 }
 
-/// Takes over the start of a scene that is a frame of another run, and refuses one that no sheet can have: later a run would
-/// end with it.
+/// Refuses a start that no sheet can have: later a run would end with it.
 fn start(scene: &Scene, simulation: &mut Simulation) -> Result<()> {
-    if let Some(path) = &scene.time.span.from {
-        Snapshot::take(path, scene, simulation)?;
-    }
     let factor = simulation.evaluate().length_factor()?.map(std::borrow::Cow::into_owned);
     let sheet = simulation.stepper.model().sheet();
     scale_checks::check_length_factor(scene, sheet, &factor.unwrap_or_default())?;

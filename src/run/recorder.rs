@@ -17,7 +17,7 @@ use super::warnings::Warnings;
 use super::{Error, Result, Simulation, ledger_row};
 use crate::Stepper;
 use crate::output::ProgressLine;
-use crate::solve::StepReport;
+use crate::solve::{SolveError, StepReport};
 
 /// The observers that every run has.
 pub(super) struct RunObservers {
@@ -320,6 +320,17 @@ impl<'a> Recorder<'a> {
     /// After a step attempt that was interrupted.
     pub(super) fn note_interruption(&mut self) {
         self.clean = false;
+    }
+
+    /// As [`Recorder::report_failure`], of a step that left the state before it: with a checkpoint there, from which the
+    /// run can be resumed.
+    pub(super) fn step_failed(&mut self, simulation: &mut Simulation, error: Error) -> Error {
+        let alone = simulation.sheet().reduction().distribution().is_none();
+        if alone && !matches!(error, Error::Solve(SolveError::BlowUp { .. })) {
+            let frames = self.outputs.frame_count();
+            self.checkpoint(simulation, Some(Ending::Interrupted), false, frames);
+        }
+        self.report_failure(simulation, error)
     }
 
     /// As [`Session::report_failure`], in a step.

@@ -77,10 +77,7 @@ pub fn recorded(
 ) -> Result<Summary> {
     with_status(directory, || {
         provenance::record(scene, state, simulation, directory)?;
-        // In the middle of a run they cannot be tried out at the initial state.
-        if scene.time.span.from.is_none() {
-            simulation.try_laws()?;
-        }
+        simulation.try_laws()?;
         for note in simulation.notes.iter().chain(&simulation.faults) {
             progress.message(note);
         }
@@ -146,7 +143,7 @@ fn stepped(
                 recorder.step_accepted(simulation, &mut latest)?;
             }
             Err(Error::Solve(SolveError::Interrupted)) => recorder.note_interruption(),
-            Err(error) => return Err(recorder.report_failure(simulation, error)),
+            Err(error) => return Err(recorder.step_failed(simulation, error)),
         }
     }
 }
@@ -158,7 +155,7 @@ fn start(
     incidents: &mut RunEvents,
 ) -> Result<StepReport> {
     let start = simulation.stepper.state.clone();
-    if simulation.model().moves() && !simulation.at_rest {
+    if simulation.model().moves() {
         session.progress.message("relaxing the initial shape");
     }
     let mut first = StepReport::default();
@@ -183,14 +180,8 @@ fn start(
         incidents.negative = incidents.monitor.is_some().then_some(f64::NAN);
         return Ok(first);
     }
-    if !simulation.at_rest
-        && let Some(note) = lints::on_start(
-            session.scene,
-            simulation.sheet(),
-            &start.x,
-            &simulation.stepper.state.x,
-        )
-    {
+    let (sheet, x) = (simulation.sheet(), &simulation.stepper.state.x);
+    if let Some(note) = lints::on_start(session.scene, sheet, &start.x, x) {
         session.progress.message(&note);
     }
     if let Some(note) = lints::on_explicit_step(session.scene, simulation)? {
@@ -209,7 +200,7 @@ fn start(
 
 /// Evaluates the laws where signals are those of a relaxed sheet, if nothing was found before.
 fn try_laws(simulation: &mut Simulation, progress: &mut Progress) -> Result<()> {
-    if simulation.faults.is_empty() && simulation.model().moves() && !simulation.at_rest {
+    if simulation.faults.is_empty() && simulation.model().moves() {
         simulation.try_laws()?.iter().for_each(|fault| progress.message(fault));
     }
     Ok(())

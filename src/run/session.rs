@@ -37,7 +37,7 @@ impl Session<'_> {
         if let Some(start) = start {
             simulation.stepper.state.clone_from(start);
         }
-        match failure::write(self.scene, simulation, self.directory, (&error, start)) {
+        match failure::write(self.scene, simulation, self.directory, &error) {
             // The first failure is the one to report.
             Err(_) => error,
             Ok(folder) => Error::Stopped(Failure {

@@ -41,8 +41,6 @@ use crate::tally::Spent;
 pub struct Simulation {
     /// Model, state and integrator.
     pub(crate) stepper: Stepper,
-    /// Whether it begins in the middle of a run, where nothing is relaxed before the first step.
-    pub(crate) at_rest: bool,
     /// The files of the plugins.
     pub(crate) plugins: Vec<PathBuf>,
     /// The law of the host program, by its name and its hash.
@@ -55,7 +53,7 @@ pub struct Simulation {
     pub(crate) faults: Vec<String>,
     /// Contributions of its effects, and the cost of setting up.
     pub(crate) setup: SetupCost,
-    /// The laws of nature that steps are held to, if the scene lists some.
+    /// The laws of nature that are monitored, if the scene lists some.
     pub(crate) invariants: Option<Invariants>,
     /// What relaxing the start and stepping have cost.
     pub(crate) spent: Spent,
@@ -169,16 +167,12 @@ impl Simulation {
         self.stepper.workspace.control = control.over(self.sheet().reduction());
     }
 
-    /// Makes the start satisfy the rows without storage, and the shape rest: before the first step. One that
-    /// begins in the middle of a run does so already.
+    /// Makes the start satisfy the rows without storage, and the shape rest: before the first step.
     ///
     /// # Errors
-    /// If a relaxation or a law fails, or the start breaks a law of nature that the scene lists.
+    /// If a relaxation or a law fails, or the start breaks a limit of the scene.
     pub fn prepare(&mut self) -> Result<Relaxation> {
-        let done = match self.at_rest {
-            true => Relaxation::default(),
-            false => self.spend(|s| s.stepper.prepare()).0?,
-        };
+        let done = self.spend(|s| s.stepper.prepare()).0?;
         if let Some(laws) = &mut self.invariants {
             laws.begin(&mut self.stepper.workspace, &self.stepper.state)?;
         }

@@ -86,8 +86,7 @@ impl Summary {
 
 /// A run that failed, with what is to be known of it on the disk.
 #[derive(Debug, thiserror::Error)]
-#[error("{error}\nthe run stopped at time {time}, step {step}; why, the last good state and a scene that \
-    fails again are in {}", folder.display())]
+#[error("{error}\nthe run stopped at time {time}, step {step}; why, and the last good state, are in {}", folder.display())]
 pub struct Failure {
     /// What went wrong.
     pub error: Box<Error>,

@@ -18,9 +18,6 @@ impl Scene {
         if let SheetSource::File { file } = &self.sheet.source {
             files.push(("sheet.file".to_owned(), file.as_path()));
         }
-        if let Some(file) = &self.time.span.from {
-            files.push(("time.from".to_owned(), file.as_path()));
-        }
         if let Some(material) = &self.material {
             let fields = [("young", &material.young), ("thickness", &material.thickness)];
             let of = fields.into_iter().filter_map(|(key, field)| Some((key, field.file()?)));
@@ -51,9 +48,6 @@ impl Scene {
     pub(super) fn resolve_paths_against(&mut self, folder: &Path) {
         let place = |path: &mut PathBuf| *path = folder.join(&path);
         if let SheetSource::File { file } = &mut self.sheet.source {
-            place(file);
-        }
-        if let Some(file) = &mut self.time.span.from {
             place(file);
         }
         if let Some(material) = &mut self.material {

@@ -1,4 +1,4 @@
-//! `[invariants]`: laws of nature that a run is held to.
+//! `[invariants]`: monitors of laws of nature.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -50,7 +50,7 @@ impl Default for InvariantsSpec {
 pub enum Bound {
     /// To be written in the ledger.
     Watched,
-    /// And that no step leads above this.
+    /// And that the run ends where a step leads above this.
     AtMost(NonNegative),
 }
 

@@ -84,7 +84,7 @@ pub struct Scene {
     /// The watch on stability, if the scene has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stability: Option<StabilitySpec>,
-    /// The laws of nature that a run is held to, if the scene lists some.
+    /// The laws of nature that a run monitors, if the scene lists some.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub invariants: Option<InvariantsSpec>,
     /// What is written.

@@ -1,7 +1,5 @@
 //! `[time]`: which derivatives are kept, how steps are made, and when to stop.
 
-use std::path::PathBuf;
-
 use serde::{Deserialize, Serialize};
 
 use crate::model::{Policy, Start};
@@ -20,7 +18,7 @@ use crate::registry::{Family, choose};
 /// The table `[time]`.
 #[derive(Debug, Serialize)]
 pub struct TimeSpec {
-    /// Where to begin, and when to stop.
+    /// How to begin, and when to stop.
     #[serde(flatten)]
     pub span: Span,
     /// The timescale policy.
@@ -29,14 +27,10 @@ pub struct TimeSpec {
     pub(crate) integrator: Box<dyn IntegratorSpec>,
 }
 
-/// Where to begin, and when to stop.
+/// How to begin, and when to stop.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Span {
-    /// A file with the state to begin from, in the middle of another run, as a run that failed leaves it for its
-    /// replay; absolute, or relative to the working directory if the scene has no place.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub from: Option<PathBuf>,
     /// Time of the last state, from 0.
     pub until: Positive,
     /// The shape of the first state: the equilibrium that the sheet grows to from the shape of the scene, or that
@@ -82,6 +76,11 @@ const METHODS: [(&str, &str); 5] = [
 
 /// Reads the table `[time]` of a scene that is a `point`, without space, or has a sheet.
 pub(crate) fn read_time(mut node: Node, point: bool) -> Result<TimeSpec, DocumentError> {
+    if let Some((key, _)) = node.take("from") {
+        let gone = "a run begins at time 0 with the start of its scene";
+        let help = "`rumple run SCENE --from STATE` begins with another, `rumple resume DIR` continues a run";
+        return Err(DocumentError::at(key.place, gone).help(help).under("from"));
+    }
     let policy = match node.take("policy") {
         Some((_, node)) => read_policy(node).map_err(|problem| problem.under("policy"))?,
         None => Policy::default(),

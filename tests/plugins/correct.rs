@@ -22,17 +22,10 @@ fn law(rate: &str) -> formula::FormulaKinetics {
 
 fn nothing_wrong(kinetics: &dyn Kinetics, seed: u64, what: &str) -> Vec<String> {
     let mut reported = Vec::new();
-    validation::validate(
-        kinetics,
-        &[],
-        None,
-        seed,
-        &mut |_| (),
-        &mut |found| match found.verdict {
-            Verdict::Fault(text) => panic!("{what}, seed {seed}, {}: {text}", found.check),
-            Verdict::Good(text) | Verdict::Skipped(text) => reported.push(text),
-        },
-    );
+    validation::validate(kinetics, &[], seed, &mut |_| (), &mut |found| match found.verdict {
+        Verdict::Fault(text) => panic!("{what}, seed {seed}, {}: {text}", found.check),
+        Verdict::Good(text) | Verdict::Skipped(text) => reported.push(text),
+    });
     reported
 }
 

@@ -208,7 +208,7 @@ fn a_small_kink_is_no_wrong_derivative() {
     let law = formula::FormulaKinetics::new(&scene.kinetics[0].law().unwrap()).unwrap();
     assert!(law.descriptor().capabilities.rate_partials);
     let mut verdicts = Vec::new();
-    validation::validate(&law, &[], None, 7, &mut |_| (), &mut |found| verdicts.push(found));
+    validation::validate(&law, &[], 7, &mut |_| (), &mut |found| verdicts.push(found));
     let wrong = verdicts.iter().find(|found| matches!(found.verdict, Verdict::Fault(_)));
     assert_eq!(wrong, None);
 }

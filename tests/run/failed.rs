@@ -1,4 +1,4 @@
-//! What a run leaves that failed: a folder that says why, and a scene that fails again.
+//! What a run leaves that failed: a folder that says why, and a checkpoint from which it fails again.
 
 use std::fs;
 use std::path::Path;
@@ -42,7 +42,7 @@ initial.c = { gaussian = { width = 2.0, amplitude = 0.8 } }
 until = 1.0
 "#;
 
-const FILES: [&str; 5] = ["ledger.csv", "replay.toml", "report.md", "start.bin", "state.vtu"];
+const FILES: [&str; 3] = ["ledger.csv", "report.md", "state.vtu"];
 
 /// Runs what fails; the message.
 pub fn failing(folder: &Path, args: &[&str]) -> String {
@@ -86,9 +86,9 @@ fn a_run_that_fails_leaves_a_folder_that_says_why() {
 
     let report = read(&failure, "report.md");
     let state = failure.join("state.vtu");
-    let replay = failure.join("replay.toml");
+    let resolved = folder.path().join("result/resolved.toml");
     let parts = ["rate of species c", "vertex ", "stretching", "bending", "diffusion", "law"];
-    let paths = [state.to_str().unwrap(), replay.to_str().unwrap()];
+    let paths = [state.to_str().unwrap(), resolved.to_str().unwrap()];
     for part in parts.iter().chain(&paths) {
         assert!(report.contains(part), "no {part} in {report}");
     }
@@ -115,7 +115,7 @@ fn a_run_that_fails_leaves_a_folder_that_says_why() {
 
 /// Under every policy, by every integrator: fixed and controlled steps, own methods and those of a library.
 #[test]
-fn a_replay_fails_again_for_the_same_reason() {
+fn a_resumed_failure_fails_again_for_the_same_reason() {
     let cases: [&[&str]; 7] = [
         &[],
         &[r#"time.integrator={ kind = "staggered", method = "euler", step = 0.05 }"#],
@@ -130,25 +130,40 @@ fn a_replay_fails_again_for_the_same_reason() {
         let set: Vec<&str> = keys.iter().flat_map(|key| ["--set", *key]).collect();
         let args = [&["scene.toml", "--out", "a", "--force", "--quiet"], &set[..]].concat();
         let first = failing(folder.path(), &args);
-        let replay = ["a/failure/replay.toml", "--out", "b", "--force", "--quiet"];
-        let again = failing(folder.path(), &replay);
+        let ledger = read(&folder.path().join("a"), "ledger.csv");
+        let done = rumple(folder.path(), &["resume", "a", "--quiet"]);
+        let again = text(&done.stderr);
+        assert_eq!(done.status.code(), Some(1), "{keys:?}: {again}");
         assert_eq!(roughly(&first), roughly(&again), "{keys:?}");
-
-        let rows = read(&folder.path().join("b"), "ledger.csv").lines().count();
-        assert!(rows <= 4, "{keys:?}: it begins {rows} steps before");
-        // What helps can be tried out there.
-        let mended = [&["run"], &replay[..], &["--set", "kinetics.rates.c=-c"]].concat();
+        // Nothing is lost, and but for what a library remembers no step is repeated.
+        let resumed = read(&folder.path().join("a"), "ledger.csv");
+        let steps = |ledger: &str| -> Vec<String> {
+            ledger.lines().map(|row| row.split(',').take(2).collect()).collect()
+        };
+        assert_eq!(steps(&ledger)[..2], steps(&resumed)[..2], "{keys:?}");
+        assert!(resumed.lines().count() >= ledger.lines().count() - 1, "{keys:?}: {resumed}");
+        // What helps can be tried out from the last good state.
+        let state = "a/failure/state.vtu";
+        let mended = ["run", "a/resolved.toml", "--from", state, "--out", "b", "--force"];
+        let mended = [&mended[..], &["--quiet", "--set", "kinetics.rates.c=-c"]].concat();
         let done = rumple(folder.path(), &mended);
         assert!(done.status.success(), "{keys:?}: {}", text(&done.stderr));
-        let result = folder.path().join("b");
-        assert!(!result.join("failure").exists(), "{keys:?}");
-        let ledger = read(&result, "ledger.csv");
-        assert!(ledger.lines().nth(1).unwrap().split(',').nth(1).unwrap() != "0", "{ledger}");
     }
 }
 
 #[test]
-fn a_start_that_finds_no_rest_fails_again() {
+fn the_key_of_replays_is_refused_with_what_to_do() {
+    let folder = folder(LATE_FAILURE);
+    let out = rumple(folder.path(), &["check", "scene.toml", "--set", "time.from=start.bin"]);
+    let message = text(&out.stderr);
+    assert_eq!(out.status.code(), Some(2), "{message}");
+    for part in ["time.from", "--from STATE", "rumple resume DIR"] {
+        assert!(message.contains(part), "no {part} in {message}");
+    }
+}
+
+#[test]
+fn a_start_that_finds_no_rest_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/models/hard/spot.toml");
     let keys = [
@@ -166,51 +181,4 @@ fn a_start_that_finds_no_rest_fails_again() {
     for part in ["triangle", "vertices", "where the last try stuck"] {
         assert!(report.contains(part), "no {part} in {report}");
     }
-    // The plugin is found without being looked for.
-    let again = std::process::Command::new(super::program())
-        .current_dir(folder.path())
-        .env_remove("RUMPLE_PLUGIN_PATH")
-        .args(["run", "a/failure/replay.toml", "--out", "b", "--quiet"])
-        .output()
-        .unwrap();
-    let message = text(&again.stderr);
-    assert_eq!(again.status.code(), Some(1), "{message}");
-    assert_eq!(reason(&first), reason(&message));
-}
-
-/// It said "lengths from 5.960e-10 down to 5.960e-10".
-#[test]
-fn a_step_that_was_tried_with_one_length_says_that_one() {
-    let point = "sheet.shape = \"point\"\ntime.until = 1.0\n\
-                 kinetics.rates = { s = \"1\", c = \"sqrt(0.55-s)\" }\n";
-    let folder = folder(point);
-    let said = |out: &str, integrator: &str| {
-        let key = format!("time.integrator={integrator}");
-        failing(folder.path(), &["scene.toml", "--out", out, "--quiet", "--set", &key]);
-        let report = read(&folder.path().join(out).join("failure"), "report.md");
-        let line = report.lines().find(|line| line.contains("was tried with"));
-        line.unwrap_or_else(|| panic!("{report}")).to_owned()
-    };
-    let one = said("a", "{ kind = \"staggered\", method = \"heun\", step = 0.1 }");
-    assert!(one.contains(" was tried with the length ") && !one.contains("down to"), "{one}");
-    let several = said("b", "{ kind = \"staggered\", chemistry = \"bdf\" }");
-    assert!(several.contains(" was tried with lengths from "), "{several}");
-}
-
-#[test]
-fn a_start_of_another_run_is_refused() {
-    let folder = folder(LATE_FAILURE);
-    failing(folder.path(), &["scene.toml", "--out", "a", "--quiet"]);
-    let refused = |keys: &[&str], part: &str| {
-        let keys = keys.iter().flat_map(|key| ["--set", *key]);
-        let args: Vec<&str> = ["run", "a/failure/replay.toml"].into_iter().chain(keys).collect();
-        let out = rumple(folder.path(), &args);
-        let message = text(&out.stderr);
-        assert_eq!(out.status.code(), Some(2), "{keys:?}: {message}", keys = args);
-        assert!(message.contains(part) && message.contains("time.from"), "{message}");
-    };
-    refused(&["sheet.vertices=200"], "vertices");
-    refused(&["time.until=0.1"], "the run ends before");
-    refused(&["time.from=report.md"], "damaged");
-    refused(&["time.from=nothing.bin"], "cannot be read");
 }

@@ -47,8 +47,6 @@ pub(super) fn plan(axes: &[&str]) -> Plan {
         level: None,
         threads: 1,
         plugin_path: Vec::new(),
-        plugin_limit: 1.0,
-        isolate: false,
         states: false,
         repeats: 0,
         files: BTreeMap::new(),

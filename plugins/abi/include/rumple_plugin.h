@@ -13,12 +13,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
-// The version that must agree exactly.
+// The version, which must agree exactly with that of the engine.
 #define RumpleABI_MAJOR 1
 
-// The version that may differ: how many times fields were added.
-//
-// * 1: [`Batch::parameters`], [`Capabilities::PARAMETER_FIELDS`].
+// The second part of the version, which must agree as well.
 #define RumpleABI_MINOR 1
 
 
@@ -107,7 +105,7 @@ typedef uint64_t RumpleCapabilities;
 // Partial derivatives of the length factor; without them the engine takes differences.
 #define RumpleCapabilities_LENGTH_FACTOR_PARTIALS (1 << 3)
 // Takes parameters that differ from point to point ([`Batch::parameters`](crate::Batch));
-// without it the engine makes an instance for every set of values. Since minor version 1.
+// without it the engine makes an instance for every set of values.
 #define RumpleCapabilities_PARAMETER_FIELDS (1 << 4)
 // A spontaneous curvature C₀(c), by the extension [`FEEDBACK`](crate::FEEDBACK).
 #define RumpleCapabilities_SPONTANEOUS_CURVATURE 4294967296
@@ -218,10 +216,9 @@ typedef struct {
   size_t signal_count;
   // Where parameters differ from point to point: one column for each parameter of the
   // descriptor, which take the place of the instance's values. Only for plugins with
-  // [`PARAMETER_FIELDS`](crate::Capabilities::PARAMETER_FIELDS); else null. Since minor version 1.
+  // [`PARAMETER_FIELDS`](crate::Capabilities::PARAMETER_FIELDS); else null.
   const RumpleColumn *parameters;
-  // How many parameter columns: none, or as many as the descriptor has parameters. Since minor
-  // version 1.
+  // How many parameter columns: none, or as many as the descriptor has parameters.
   size_t parameter_count;
 } RumpleBatch;
 

@@ -92,10 +92,9 @@ pub struct Batch {
     pub signal_count: usize,
     /// Where parameters differ from point to point: one column for each parameter of the
     /// descriptor, which take the place of the instance's values. Only for plugins with
-    /// [`PARAMETER_FIELDS`](crate::Capabilities::PARAMETER_FIELDS); else null. Since minor version 1.
+    /// [`PARAMETER_FIELDS`](crate::Capabilities::PARAMETER_FIELDS); else null.
     pub parameters: *const Column,
-    /// How many parameter columns: none, or as many as the descriptor has parameters. Since minor
-    /// version 1.
+    /// How many parameter columns: none, or as many as the descriptor has parameters.
     pub parameter_count: usize,
 }
 

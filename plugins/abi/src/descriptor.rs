@@ -237,7 +237,7 @@ impl Capabilities {
     /// Partial derivatives of the length factor; without them the engine takes differences.
     pub const LENGTH_FACTOR_PARTIALS: Self = Self(1 << 3);
     /// Takes parameters that differ from point to point ([`Batch::parameters`](crate::Batch));
-    /// without it the engine makes an instance for every set of values. Since minor version 1.
+    /// without it the engine makes an instance for every set of values.
     pub const PARAMETER_FIELDS: Self = Self(1 << 4);
     /// A spontaneous curvature C₀(c), by the extension [`FEEDBACK`](crate::FEEDBACK).
     pub const SPONTANEOUS_CURVATURE: Self = Self(0x1_0000_0000);

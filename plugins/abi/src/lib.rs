@@ -2,13 +2,8 @@
 //!
 //! A plugin is a shared library that exports one object, [`PluginTable`], under the name
 //! [`ENTRY_SYMBOL`]. The table is data, not code: the engine reads magic, version and size before
-//! it calls anything. Growth without breakage:
-//!
-//! * fields are only ever added at the end of a structure, with a new [`ABI_MINOR`]; the reader of
-//!   a structure checks its size (or the stride of its array) first, and takes what is missing
-//!   as zero;
-//! * a change that old readers cannot live with raises [`ABI_MAJOR`], which must agree exactly;
-//! * whole new abilities are asked for by name with `get_extension`.
+//! it calls anything. [`ABI_MAJOR`] and [`ABI_MINOR`] must agree exactly; whole new abilities are
+//! asked for by name with `get_extension`.
 //!
 //! What both sides promise:
 //!
@@ -44,14 +39,8 @@ pub const ENTRY_SYMBOL: &str = "rumple_plugin_entry";
 /// The first eight bytes of every table.
 pub const MAGIC: [u8; 8] = *b"RUMPLE\x1a\n";
 
-/// The version that must agree exactly.
+/// The version, which must agree exactly with that of the engine.
 pub const ABI_MAJOR: u32 = 1;
 
-/// The version that may differ: how many times fields were added.
-///
-/// * 1: [`Batch::parameters`], [`Capabilities::PARAMETER_FIELDS`].
+/// The second part of the version, which must agree as well.
 pub const ABI_MINOR: u32 = 1;
-
-/// Bytes of the table in minor version 0: no valid table is smaller.
-pub const MINIMUM_TABLE_SIZE: usize =
-    core::mem::offset_of!(PluginTable, get_extension) + size_of::<GetExtension>();

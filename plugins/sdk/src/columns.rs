@@ -4,7 +4,7 @@
 //! all points, or one component of many) is copied to a buffer first.
 #![allow(unsafe_code)]
 
-use std::mem::{MaybeUninit, offset_of};
+use std::mem::MaybeUninit;
 use std::ptr;
 
 use rumple_plugin_abi::{Batch, Column, ColumnMut};
@@ -31,37 +31,31 @@ impl<'a> Inputs<'a> {
         signals: usize,
         parameters: usize,
     ) -> Result<Self, Failure> {
-        // An engine of minor version 0 has a shorter batch: fields beyond its size are not read.
-        // SAFETY: null or valid by the caller's promise; the size comes first.
-        let Some(size) = (unsafe { batch.cast::<usize>().as_ref() }) else {
+        // SAFETY: null or valid by the caller's promise.
+        let Some(batch) = (unsafe { batch.as_ref() }) else {
             return Err(Failure::fatal("the engine gave no batch"));
         };
-        // SAFETY: fields of every version.
-        let (points, given, read) =
-            unsafe { ((*batch).count, (*batch).species_count, (*batch).signal_count) };
+        let (points, given, read) = (batch.count, batch.species_count, batch.signal_count);
         if given != species || read != signals {
             return Err(Failure::Fatal(format!(
                 "the engine gave {given} species and {read} signal columns; expected {species} and \
                  {signals}",
             )));
         }
-        // SAFETY: the arrays hold as many columns as the batch says.
-        let (species, signals) =
-            unsafe { (array((*batch).species, species)?, array((*batch).signals, signals)?) };
-        let mut fields: &[Column] = &[];
-        if *size >= offset_of!(Batch, parameter_count) + size_of::<usize>() {
-            // SAFETY: the batch has these fields, and the array as many columns as it says.
-            unsafe {
-                if (*batch).parameter_count == parameters {
-                    fields = array((*batch).parameters, parameters)?;
-                } else if (*batch).parameter_count > 0 {
-                    return Err(Failure::Fatal(format!(
-                        "the engine gave {} parameter columns; expected {parameters} or none",
-                        (*batch).parameter_count
-                    )));
-                }
-            }
+        if batch.parameter_count != 0 && batch.parameter_count != parameters {
+            return Err(Failure::Fatal(format!(
+                "the engine gave {} parameter columns; expected {parameters} or none",
+                batch.parameter_count
+            )));
         }
+        // SAFETY: the arrays hold as many columns as the batch says.
+        let (species, signals, fields) = unsafe {
+            (
+                array(batch.species, species)?,
+                array(batch.signals, signals)?,
+                array(batch.parameters, batch.parameter_count)?,
+            )
+        };
         Ok(Self { points, species, signals, parameters: fields })
     }
 

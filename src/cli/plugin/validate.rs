@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
 use std::path::PathBuf;
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::thread;
@@ -13,8 +13,8 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 
 use super::{LawArgs, LawSource};
-use crate::kinetics::validation::{self, Finding, Made, Make, Verdict};
-use crate::kinetics::{Kinetics, check_global_state};
+use crate::kinetics::Kinetics;
+use crate::kinetics::validation::{self, Finding, Verdict};
 use crate::{Error, Result};
 
 /// Arguments of `plugin validate`.
@@ -69,19 +69,9 @@ pub(super) fn run(args: &ValidateArgs) -> Result<()> {
 }
 
 fn child(args: &ValidateArgs) -> Result<()> {
-    check_global_state();
     emit(&Message::Begin(LOADING_CHECK.to_owned()));
     let seed = args.seed;
     let outcome = args.law.find().and_then(|found| {
-        let library = match &found {
-            LawSource::Library(library) => Some(Arc::clone(library)),
-            LawSource::Scene { .. } => None,
-        };
-        let make = library.map(|library| {
-            move |set: &BTreeMap<String, f64>| -> Made {
-                library.instantiate(set).map(|law| Box::new(law) as Box<dyn Kinetics>)
-            }
-        });
         let (law, fields): (Arc<dyn Kinetics>, _) = match found {
             LawSource::Library(library) => {
                 (Arc::new(library.instantiate(&BTreeMap::new())?), Vec::new())
@@ -89,7 +79,7 @@ fn child(args: &ValidateArgs) -> Result<()> {
             LawSource::Scene { kinetics, fields } => (kinetics, fields),
         };
         if !args.backwards {
-            try_out(&*law, &fields, make.as_ref().map(|make| make as &Make<'_>), seed);
+            try_out(&*law, &fields, seed);
         }
         emit(&Message::Begin(FRESH_PROCESS_CHECK.to_owned()));
         // A law that fails was found by the other checks.
@@ -110,7 +100,7 @@ fn child(args: &ValidateArgs) -> Result<()> {
 }
 
 /// Runs all checks and reports what they find.
-fn try_out(law: &dyn Kinetics, fields: &[Vec<f64>], make: Option<&Make<'_>>, seed: u64) {
+fn try_out(law: &dyn Kinetics, fields: &[Vec<f64>], seed: u64) {
     let d = law.descriptor();
     let read: Vec<&str> = d.signals.iter().map(|s| s.signal.name()).collect();
     let text = format!(
@@ -124,7 +114,6 @@ fn try_out(law: &dyn Kinetics, fields: &[Vec<f64>], make: Option<&Make<'_>>, see
     validation::validate(
         law,
         fields,
-        make,
         seed,
         &mut |check| emit(&Message::Begin(check.to_owned())),
         &mut |Finding { check, verdict }| {
@@ -244,7 +233,7 @@ fn parent(args: &ValidateArgs) -> Result<()> {
             }
             Err(RecvTimeoutError::Disconnected) => {
                 let status = child.wait().map_err(|e| no_child(&e))?;
-                report("FAULT", &current, &format!("ends the process: {}", ending(status)));
+                report("FAULT", &current, &format!("ends the process: {status}"));
                 break;
             }
         }
@@ -273,18 +262,4 @@ fn cause(text: &str) -> String {
 
 fn no_child(error: &std::io::Error) -> Error {
     Error::Refused(format!("the process that tries the plugin cannot be started: {error}"))
-}
-
-#[cfg(unix)]
-fn ending(status: ExitStatus) -> String {
-    use std::os::unix::process::ExitStatusExt;
-    match status.signal() {
-        Some(signal) => format!("{} (signal {signal})", crate::kinetics::signal_meaning(signal)),
-        None => format!("it exits by itself, {status}"),
-    }
-}
-
-#[cfg(not(unix))]
-fn ending(status: ExitStatus) -> String {
-    status.to_string()
 }

@@ -22,12 +22,8 @@ pub(super) fn run(args: &PlanArgs) -> Result<()> {
 
 /// Gives members what the command line says of threads and plugins.
 pub(in crate::cli) fn configure_members(plan: &mut Plan, scene: &SceneArgs) -> Result<()> {
-    // Refused here where plugins cannot be isolated.
-    crate::cli::isolation(scene.isolate, scene.plugin_limit)?;
-    plan.isolate = scene.isolate;
     let directories = PluginSearch::from_environment(&scene.plugin_path).directories().to_vec();
     plan.threads = scene.threads.unwrap_or(1);
-    plan.plugin_limit = scene.plugin_limit;
     plan.plugin_path =
         directories.iter().map(|path| crate::cli::absolute(path)).collect::<Result<_>>()?;
     Ok(())

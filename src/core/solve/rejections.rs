@@ -30,13 +30,11 @@ pub enum Cause {
     Chemistry,
     /// A linear system or an equation of an implicit method was not solved.
     Solver,
-    /// A law of nature that the scene lists did not hold.
-    Invariant,
 }
 
 impl Cause {
     /// All of them, in the order of tables.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 8] = [
         Self::Error,
         Self::Law,
         Self::Range,
@@ -45,7 +43,6 @@ impl Cause {
         Self::Collapse,
         Self::Chemistry,
         Self::Solver,
-        Self::Invariant,
     ];
 
     /// Its name in tables.
@@ -60,7 +57,6 @@ impl Cause {
             Self::Collapse => "collapse",
             Self::Chemistry => "chemistry",
             Self::Solver => "solver",
-            Self::Invariant => "invariant",
         }
     }
 }

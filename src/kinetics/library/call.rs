@@ -2,8 +2,6 @@
 
 use rumple_plugin_abi as abi;
 
-use super::global_state::GlobalState;
-use super::under_way;
 use crate::descriptor::Location;
 use crate::{KineticsError, Outcome, Site, Unreliable};
 
@@ -25,22 +23,6 @@ impl<'a> Call<'a> {
         Self { plugin, name, location: Location::Vertex, first: 0 }
     }
 
-    /// Calls the plugin.
-    ///
-    /// # Errors
-    /// [`KineticsError::Misbehaves`] if it changes [global state](GlobalState), where that is checked.
-    pub(super) fn enter<R>(&self, function: impl FnOnce() -> R) -> Result<R, KineticsError> {
-        let before = GlobalState::record();
-        let result = under_way::recorded(self.plugin, self.name, function);
-        match before.and_then(GlobalState::restore) {
-            None => Ok(result),
-            Some(what) => {
-                let (plugin, call) = (self.plugin.to_owned(), self.name);
-                Err(KineticsError::Misbehaves { plugin, call, what })
-            }
-        }
-    }
-
     /// Gives the function a report to write to and turns its status into an outcome.
     pub(super) fn run(&self, function: impl FnOnce(*mut abi::Report) -> abi::Status) -> Outcome {
         // Without an answer to a retry, halve the step: what adaptive integrators do as well.
@@ -54,7 +36,7 @@ impl<'a> Call<'a> {
             point: abi::NO_POINT,
             factor: DEFAULT_FACTOR,
         };
-        let status = self.enter(|| function(&raw mut report))?;
+        let status = function(&raw mut report);
         let (length, point, factor) = (report.length, report.point, report.factor);
         if status == abi::Status::OK {
             return Ok(None);

@@ -6,8 +6,8 @@
 
 use std::ffi::c_void;
 use std::ptr;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
 
 use rumple_plugin_abi as abi;
 use smallvec::SmallVec;
@@ -43,27 +43,10 @@ unsafe impl Sync for PluginKinetics {}
 impl Drop for PluginKinetics {
     fn drop(&mut self) {
         if let Some(destroy) = self.library.destroy {
-            let call = Call::without_points(&self.library.descriptor.name, "destroy");
             // SAFETY: made by `create` of the same library, and never used again.
-            if let Err(error) = call.enter(|| unsafe { destroy(self.instance) }) {
-                keep_destroy_error(error);
-            }
+            unsafe { destroy(self.instance) }
         }
     }
-}
-
-/// The first error of `destroy`, which a drop cannot return; only isolated plugins have any.
-static DESTROY_ERROR: Mutex<Option<KineticsError>> = Mutex::new(None);
-
-/// Keeps an error of `destroy`.
-pub(super) fn keep_destroy_error(error: KineticsError) {
-    DESTROY_ERROR.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
-}
-
-/// Takes the first error that an isolated plugin had in `destroy`: to be asked for at the end of a program.
-#[must_use]
-pub fn take_destroy_error() -> Option<KineticsError> {
-    DESTROY_ERROR.lock().unwrap_or_else(PoisonError::into_inner).take()
 }
 
 impl PluginKinetics {

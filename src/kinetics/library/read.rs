@@ -2,7 +2,6 @@
 //!
 //! Pointers, counts and sizes are checked before they are followed, as far as they can be.
 
-use std::mem::MaybeUninit;
 use std::path::Path;
 use std::ptr;
 
@@ -19,7 +18,7 @@ const MAX_ELEMENTS: usize = 256;
 /// More bytes than this in a text of a descriptor are taken for garbage.
 const LONGEST_TEXT: usize = 1 << 16;
 
-/// Copies the table, fields beyond its own size as null.
+/// Copies the table.
 ///
 /// # Safety
 /// `entry` is the address of an exported object, unchanged for good, at least as long as magic,
@@ -42,19 +41,14 @@ pub(super) unsafe fn table(
     if found != abi::MAGIC {
         return Err(KineticsError::WrongMagic { path: path(), found });
     }
-    if major != abi::ABI_MAJOR {
+    if (major, minor) != (abi::ABI_MAJOR, abi::ABI_MINOR) {
         return Err(KineticsError::WrongVersion { path: path(), major, minor });
     }
-    if size < abi::MINIMUM_TABLE_SIZE {
+    if size < size_of::<abi::PluginTable>() {
         return Err(KineticsError::TruncatedTable { path: path(), size });
     }
-    let mut table = MaybeUninit::<abi::PluginTable>::zeroed();
-    // SAFETY: no more bytes than either side has; all zeros are valid for every field.
-    unsafe {
-        let bytes = size.min(size_of::<abi::PluginTable>());
-        ptr::copy_nonoverlapping(entry.cast::<u8>(), table.as_mut_ptr().cast::<u8>(), bytes);
-        Ok(table.assume_init())
-    }
+    // SAFETY: a table of our version, at least as long as ours.
+    Ok(unsafe { entry.read_unaligned() })
 }
 
 /// The capabilities that a plugin declares, rates included.

@@ -76,7 +76,7 @@ pub(super) fn threads(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<(), 
 
 /// Whether the values `found` at the points of `batch` are those `expected`, which begin `offset`
 /// points earlier.
-pub(super) fn compare(
+fn compare(
     kinetics: &dyn Kinetics,
     batch: &Batch<'_>,
     expected: &Columns,

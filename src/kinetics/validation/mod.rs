@@ -5,15 +5,13 @@
 
 mod derivatives;
 mod determinism;
-mod narrow_ranges;
-mod other;
 mod output_coverage;
+mod parameter_fields;
 mod sample;
-mod soak;
 mod validate;
 
 pub use sample::Samples;
-pub use validate::{Finding, Made, Make, Verdict, rates_in_order, validate};
+pub use validate::{Finding, Verdict, rates_in_order, validate};
 
 use super::field::{self, Columns};
 use super::{Batch, Kinetics, KineticsError, Quantity};
@@ -57,7 +55,7 @@ pub fn trial(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Vec<String>, 
         };
         output_coverage::check(kinetics, &part).map_err(number)?;
         if !parameters.is_empty() {
-            other::as_instances(kinetics, &part)?;
+            parameter_fields::as_instances(kinetics, &part)?;
         }
         let law = kinetics.descriptor();
         let mut wrong = Vec::new();

@@ -16,7 +16,7 @@ pub struct Samples {
 }
 
 /// Magnitudes from a thousandth of the typical one to ten times it.
-pub(super) const DECADES: std::ops::Range<f64> = -3.0..1.0;
+const DECADES: std::ops::Range<f64> = -3.0..1.0;
 
 impl Samples {
     /// `count` points: first every input at 0 or at a bound, the others at typical values; then

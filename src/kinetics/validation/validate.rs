@@ -1,10 +1,6 @@
 //! All checks of a law, one after the other.
 
-use std::collections::BTreeMap;
-
-use super::{
-    Samples, derivatives, determinism, narrow_ranges, other, output_coverage, rates, soak, values,
-};
+use super::{Samples, derivatives, determinism, output_coverage, parameter_fields, rates, values};
 use crate::field::Columns;
 use crate::{Feedback, Kinetics, KineticsError, Quantity, Site};
 
@@ -33,21 +29,14 @@ pub enum Verdict {
     Fault(String),
 }
 
-/// Makes a law with these parameters, the others at their defaults.
-pub type Make<'a> = dyn Fn(&BTreeMap<String, f64>) -> Made + 'a;
-/// A law, or why there is none.
-pub type Made = Result<Box<dyn Kinetics>, KineticsError>;
-
 pub(super) type Check = Result<Verdict, KineticsError>;
 
 /// Runs every check on a law: with its own parameters, or with those of random places of `fields`
-/// (one column a parameter, of one value or one a place; empty for none). `make` makes it with other
-/// parameters. `begin` is called with every check before it starts, `end` with what it found: a law may end the
+/// (one column a parameter, of one value or one a place; empty for none). `begin` is called with every check before it starts, `end` with what it found: a law may end the
 /// process in between.
 pub fn validate(
     kinetics: &dyn Kinetics,
     fields: &[Vec<f64>],
-    make: Option<&Make<'_>>,
     seed: u64,
     begin: &mut dyn FnMut(&'static str),
     end: &mut dyn FnMut(Finding),
@@ -75,13 +64,10 @@ pub fn validate(
         samples.with(true, |batch| determinism::threads(kinetics, batch))?;
         good("8 threads")
     });
-    run("many calls", &|| few.with(true, |batch| soak::check(kinetics, batch)));
     run("derivatives", &|| wrong_derivatives(kinetics, samples));
     run("observables", &|| checks.observables());
     run("writes only where it may", &|| checks.coverage());
-    run("other parameters", &|| other::uniform(kinetics, make, samples, seed));
-    run("parameters over the sheet", &|| other::over_the_sheet(kinetics, make, few, seed));
-    run("narrow ranges", &|| narrow_ranges::check(kinetics, fields, seed));
+    run("parameters over the sheet", &|| parameter_fields::check(kinetics, few, seed));
 }
 
 fn good(text: impl Into<String>) -> Check {

@@ -1,17 +1,15 @@
-//! What a run leaves where it failed: a folder to inspect, and a scene that fails again.
+//! What a run leaves where it failed: a folder to inspect.
 //!
 //! | file | what is in it |
 //! | --- | --- |
-//! | `report.md` | what failed, where, the terms there, what to try, the commands to look and to replay |
+//! | `report.md` | what failed, where, the terms there, what to try, the commands to look and to resume |
 //! | `ledger.csv` | the last rows of the ledger, and the rejected step attempts between them |
 //! | `state.vtu` | the last good state, the force of every effect, the rate of every species, the way to the shape where a relaxation stuck |
-//! | `replay.toml`, `start.bin` | a scene that begins where the step that failed begins |
 //!
 //! The names are those of [`FailureFolder`]. Everything is taken from the last good state: a step that fails
 //! leaves it, and what solvers remember, as they were.
 
 mod blame;
-mod replay;
 mod report;
 mod rows;
 mod state;
@@ -20,7 +18,6 @@ use std::path::PathBuf;
 
 use super::{Error, Result, Simulation};
 use crate::Stepper;
-use crate::model::State;
 use crate::output::{FailureFolder, ResultDirectory, atomic};
 use crate::scene::Scene;
 use crate::solve::{SolveError, diagnosis};
@@ -52,8 +49,7 @@ pub(super) fn diagnosed(scene: &Scene, simulation: &mut Simulation, error: Error
     Error::Solve(SolveError::Diagnosed { diagnosis, error: Box::new(error) })
 }
 
-/// Writes the folder of a run of `scene` that stopped with `error`, in the first relaxation of `start` if that is
-/// given; returns its path.
+/// Writes the folder of a run of `scene` that stopped with `error`; returns its path.
 ///
 /// # Errors
 /// A file that cannot be written. A field or a row of the report that has no value there is left out.
@@ -61,7 +57,7 @@ pub(super) fn write(
     scene: &Scene,
     simulation: &mut Simulation,
     directory: &ResultDirectory,
-    (error, start): (&Error, Option<&State>),
+    error: &Error,
 ) -> Result<PathBuf> {
     let folder = FailureFolder::begin(directory)?;
     let blame = FailureCause::of(error, simulation);
@@ -71,9 +67,8 @@ pub(super) fn write(
     // The shape may be where something has no value; the rest is of use all the same.
     let shown = state::write(&folder.file("state.vtu").0, scene, simulation).is_ok();
     put("ledger.csv", rows::last(&directory.ledger(), simulation, error))?;
-    put("replay.toml", replay::write(&folder.file("start.bin").0, scene, simulation, start)?)?;
     let shown = shown.then(|| folder.file("state.vtu").1);
-    let (_, replay) = folder.file("replay.toml");
-    put("report.md", report::of(scene, simulation, error, &blame, (shown.as_deref(), &replay)))?;
+    let files = (directory, shown.as_deref());
+    put("report.md", report::of(scene, simulation, error, &blame, files))?;
     Ok(folder.finish()?)
 }

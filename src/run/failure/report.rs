@@ -10,17 +10,18 @@ use crate::Vec3;
 use crate::kinetics::Location;
 use crate::model::State;
 use crate::num::Short;
+use crate::output::ResultDirectory;
 use crate::run::{Error, Simulation, self_intersection};
 use crate::scene::Scene;
 use crate::solve::rejections::Cause;
 
-/// The text: of `error`, whom `blame` names; `files` are the state, if it was written, and the replay.
+/// The text: of `error`, whom `blame` names, in a directory; with the path of the state, if it was written.
 pub(super) fn of(
     scene: &Scene,
     simulation: &mut Simulation,
     error: &Error,
     blame: &FailureCause,
-    files: (Option<&Path>, &Path),
+    files: (&ResultDirectory, Option<&Path>),
 ) -> String {
     let mut text = String::from("# The run stopped\n\n");
     let _ = writeln!(text, "{error}\n");
@@ -167,45 +168,31 @@ fn rejected(text: &mut String, simulation: &Simulation) {
             row(text, &[cause.name().to_owned(), count.to_string()]);
         }
     }
-    let of_last = rejected.iter().filter(|t| t.step == last.step);
-    let (shortest, longest) = of_last.fold((f64::INFINITY, 0.0f64), |(least, most), t| {
-        (least.min(t.length), most.max(t.length))
-    });
-    // Of what a library has tried it does not tell the lengths.
-    if !(shortest.is_finite() && longest > 0.0) {
-        text.push('\n');
-        return;
-    }
-    let lengths =
-        match (shortest < longest, rejected.iter().filter(|t| t.step == last.step).count()) {
-            (true, _) => format!("lengths from {longest:.3e} down to {shortest:.3e}"),
-            (false, 1) => format!("the length {longest:.3e}"),
-            (false, count) => format!("the length {longest:.3e}, {count} times"),
-        };
     let _ = writeln!(
         text,
-        "\nStep {} was tried with {lengths}; ledger.csv lists the attempts.\n",
+        "\nledger.csv lists them, with lengths and messages; the last are of step {}.\n",
         last.step
     );
 }
 
 /// What to type.
-fn commands(text: &mut String, scene: &Scene, (state, replay): (Option<&Path>, &Path)) {
+fn commands(text: &mut String, scene: &Scene, (run, state): (&ResultDirectory, Option<&Path>)) {
     let quoted = |path: &Path| format!("'{}'", path.display().to_string().replace('\'', r"'\''"));
     let _ = writeln!(text, "## To look, and to try again\n\n```sh");
-    if let Some(state) = state {
-        let (replay, state) = (quoted(replay), quoted(state));
+    let resolved = quoted(&run.resolved());
+    if let Some(state) = state.map(quoted) {
         let _ = writeln!(text, "paraview {state}");
-        let _ = writeln!(text, "rumple inspect {replay} --state {state}");
+        let _ = writeln!(text, "rumple inspect {resolved} --state {state}");
         if !scene.effects.is_empty() {
-            let _ = writeln!(text, "rumple inspect {replay} --state {state} --stability");
+            let _ = writeln!(text, "rumple inspect {resolved} --state {state} --stability");
         }
+        let _ = writeln!(text, "rumple run {resolved} --from {state} --out again");
     }
-    let _ = writeln!(text, "rumple run {} --out again", quoted(replay));
+    let _ = writeln!(text, "rumple resume {}", quoted(run.root()));
     let _ = writeln!(text, "```\n");
     let _ = writeln!(
         text,
-        "The replay begins with the step that failed and fails in the same way; `--set KEY=VALUE` tries what may \
-         help."
+        "`resume` repeats the step that failed, from the last checkpoint. `run --from` begins with the last good state, at \
+         time 0; `--set KEY=VALUE` tries what may help."
     );
 }

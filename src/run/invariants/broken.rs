@@ -2,13 +2,12 @@
 
 use crate::num::Short;
 
-/// A law of nature that no step keeps.
+/// A law of nature that a step breaks.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error(
-    "{law} does not hold at time {time}: it is off by {}, and [invariants] {key} allows {}; {place}{}; {advice}",
+    "{law} does not hold at time {time}: it is off by {}, and [invariants] {key} allows {}; {place}; {advice}",
     digits(*value),
-    Short(*limit),
-    shortest(*step)
+    Short(*limit)
 )]
 pub struct BrokenInvariant {
     /// The law, with the unit of value and limit.
@@ -23,8 +22,6 @@ pub struct BrokenInvariant {
     pub place: String,
     /// Time at the end of the step.
     pub time: f64,
-    /// The length of the last and shortest step that was tried, if no shorter one will be.
-    pub step: Option<f64>,
     /// What to try.
     pub advice: &'static str,
 }
@@ -32,8 +29,4 @@ pub struct BrokenInvariant {
 /// Counts as they are, other numbers with four digits.
 fn digits(value: f64) -> String {
     if value.fract() == 0.0 { Short(value).to_string() } else { format!("{value:.3e}") }
-}
-
-fn shortest(step: Option<f64>) -> String {
-    step.map(|step| format!("; no step is short enough, not even {step:.1e}")).unwrap_or_default()
 }

@@ -1,4 +1,4 @@
-//! The invariants that a scene lists, and the steps that are held to them.
+//! The invariants that a scene lists: what they say of every step, and the limits that end a run.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,19 +10,10 @@ use super::totals::Total;
 use super::{BrokenInvariant, Invariant, InvariantValue, Step};
 use crate::Stepper;
 use crate::model::State;
-use crate::record::{Malformed, Record};
+use crate::record::Malformed;
 use crate::run::{Error, Result};
 use crate::scene::{Bound, InvariantsSpec, Scene, path_to};
-use crate::solve::rejections::{Cause, Rejection};
-use crate::solve::{StepReport, Workspace, end_of_step};
-
-/// A step that breaks an invariant is tried again this much shorter,
-const STEP_REDUCTION: f64 = 0.25;
-/// down to this share of the first one that did, or of the time reached.
-const MIN_STEP_SHARE: f64 = 1e-5;
-const ROUND_OFF: f64 = 1e-10;
-/// Steps grow by this factor afterwards.
-const STEP_GROWTH: f64 = 2.0;
+use crate::solve::{StepReport, Workspace};
 
 /// The invariants that a scene lists.
 pub(crate) struct Invariants {
@@ -30,34 +21,14 @@ pub(crate) struct Invariants {
     all: Vec<Listed>,
     /// Whether the start has been seen.
     begun: bool,
-    /// Steps after one that had to be shorter.
-    short: Option<ShortSteps>,
 }
 
 /// What later steps depend on.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Memory {
     begun: bool,
-    short: Option<ShortSteps>,
     /// Of every invariant its memory, and its largest value with when.
     invariants: Vec<(Vec<f64>, (f64, f64))>,
-}
-
-/// Brings the integrator back to where a step began.
-fn put_back(memory: &Record, stepper: &mut Stepper) {
-    // What cannot be written restarts.
-    stepper.integrator.renew();
-    let restored = stepper.integrator.restore(memory, stepper.state.x.len());
-    debug_assert!(restored.is_ok(), "it has written this itself");
-}
-
-/// Steps that are kept short.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-struct ShortSteps {
-    /// They are no longer than this.
-    longest: f64,
-    /// The first that broke an invariant.
-    full: f64,
 }
 
 /// An invariant with what is asked of it and what it has said.
@@ -98,7 +69,6 @@ impl Listed {
             limit: self.limit.unwrap_or_default(),
             place: reading.place,
             time,
-            step: None,
             advice: self.invariant.advice(),
         }
     }
@@ -133,12 +103,12 @@ impl Invariants {
             all.push(Listed::new("energy", *bound, EnergyBalance::of(scene, &model)?));
         }
         for (name, bound) in totals {
-            let total = Total::of(scene, name, workspace, state)?;
+            let total = Total::of(scene, name, &model, state)?;
             all.push(Listed::new(&path_to("totals", name), *bound, total));
         }
         if let Some(bound) = force {
             needs_space("force")?;
-            all.push(Listed::new("force", *bound, FreeBalance::of(scene, workspace, state)?));
+            all.push(Listed::new("force", *bound, FreeBalance::of(scene, &model)?));
         }
         if let Some(bound) = gauss_bonnet {
             needs_space("gauss-bonnet")?;
@@ -149,7 +119,7 @@ impl Invariants {
             all.push(Listed::new("crossings", *bound, NoCrossings::of(model.sheet())));
         }
         let every = every.get() as u64;
-        Ok(Some(Self { every, all, begun: false, short: None }))
+        Ok(Some(Self { every, all, begun: false }))
     }
 
     /// Their columns of the ledger.
@@ -192,103 +162,35 @@ impl Invariants {
         Ok(())
     }
 
-    /// Brings `state` forward by one step of `integrator` that keeps the invariants.
+    /// One step of `stepper` to `until` at most, inspected.
     ///
     /// # Errors
-    /// [`BrokenInvariant`] if no step does, and those of the integrator; `state` and what the integrator and this remember are
-    /// as before then, bit for bit, but for what a library remembers, which restarts.
+    /// [`BrokenInvariant`] if it passes a limit, and those of the integrator; state and integrator are as before then,
+    /// bit for bit, but for what a library remembers, which restarts.
     pub(crate) fn step(&mut self, stepper: &mut Stepper, until: f64) -> Result<StepReport> {
-        let short = self.short;
-        let memory = stepper.integrator.memory();
-        let done = self.step_within(stepper, &memory, until);
-        if done.is_err() {
-            self.short = short;
-            put_back(&memory, stepper);
-        }
-        done
-    }
-
-    fn step_within(
-        &mut self,
-        stepper: &mut Stepper,
-        memory: &Record,
-        until: f64,
-    ) -> Result<StepReport> {
         self.begin(&mut stepper.workspace, &stepper.state)?;
-        let before = stepper.state.clone();
-        let (mut target, mut reason) = (until, None::<BrokenInvariant>);
-        if let Some(short) = self.short {
-            target = end_of_step(before.time, short.longest, until);
+        let (before, memory) = (stepper.state.clone(), stepper.integrator.memory());
+        let Stepper { workspace, state, integrator, .. } = stepper;
+        let report = integrator.advance(workspace, state, until)?;
+        let inspected = self.inspect(workspace, (&before, state), report.relaxation.dissipated);
+        if let Err(error) = inspected {
+            *state = before;
+            // What cannot be written restarts.
+            integrator.renew();
+            let restored = integrator.restore(&memory, state.x.len());
+            debug_assert!(restored.is_ok(), "it has written this itself");
+            return Err(error);
         }
-        loop {
-            let Stepper { workspace, state, integrator, .. } = &mut *stepper;
-            let mut report = match integrator.advance(workspace, state, target) {
-                Ok(report) => report,
-                // What stops a shorter step is not why it had to be shorter.
-                Err(error) if error.is_recoverable() => {
-                    return Err(reason.map_or_else(|| Error::from(error), Error::from));
-                }
-                Err(error) => return Err(error.into()),
-            };
-            let dissipated = report.relaxation.dissipated;
-            match self.inspect(workspace, (&before, state), dissipated) {
-                Ok(None) => {
-                    self.grow();
-                    report.reason = report.reason.or(reason.map(|broken| broken.to_string()));
-                    return Ok(report);
-                }
-                Ok(Some(broken)) => {
-                    target = self.reject(stepper, (&before, memory), &report, &broken)?;
-                    reason = Some(broken);
-                }
-                Err(error) => {
-                    *state = before;
-                    return Err(error);
-                }
-            }
-        }
+        Ok(report)
     }
 
-    /// Rejects the step from `before`, which has broken an invariant; where the next attempt is to end.
-    ///
-    /// # Errors
-    /// `broken` where no step is shorter.
-    fn reject(
-        &mut self,
-        stepper: &mut Stepper,
-        (before, memory): (&State, &Record),
-        report: &StepReport,
-        broken: &BrokenInvariant,
-    ) -> Result<f64> {
-        let end = stepper.state.time;
-        stepper.state.clone_from(before);
-        stepper.workspace.roll_back();
-        stepper.workspace.begin_step();
-        put_back(memory, stepper);
-        stepper.workspace.reject(Rejection {
-            step: before.step + 1,
-            time: before.time,
-            length: report.length,
-            error: report.error,
-            cause: Cause::Invariant,
-            message: broken.to_string(),
-        });
-        let longest = STEP_REDUCTION * report.length;
-        let full = self.short.map_or(report.length, |short| short.full);
-        self.short = Some(ShortSteps { longest, full });
-        if !(longest >= (MIN_STEP_SHARE * full).max(ROUND_OFF * end)) {
-            return Err(BrokenInvariant { step: Some(report.length), ..broken.clone() }.into());
-        }
-        Ok(before.time + longest)
-    }
-
-    /// What breaks a limit between two states; nothing, and all is taken over, if the step may be accepted.
+    /// Inspects what happened between two states, and takes it over where no limit is passed.
     fn inspect(
         &mut self,
         workspace: &mut Workspace,
         (before, after): (&State, &State),
         dissipated: f64,
-    ) -> Result<Option<BrokenInvariant>> {
+    ) -> Result<()> {
         let due = after.step.is_multiple_of(self.every);
         let mut all = Vec::with_capacity(self.all.len());
         for listed in &mut self.all {
@@ -299,7 +201,7 @@ impl Invariants {
             let mut step = Step { workspace: &mut *workspace, before, after, dissipated };
             let reading = listed.invariant.inspect(&mut step, &listed.memory)?;
             if listed.breaks(&reading) {
-                return Ok(Some(listed.broken(reading, after.time)));
+                return Err(listed.broken(reading, after.time).into());
             }
             all.push(Some(reading));
         }
@@ -309,22 +211,14 @@ impl Invariants {
                 None => listed.row.fill(f64::NAN),
             }
         }
-        Ok(None)
-    }
-
-    /// Lets steps grow again to what they were.
-    fn grow(&mut self) {
-        let longer =
-            |short: ShortSteps| ShortSteps { longest: STEP_GROWTH * short.longest, ..short };
-        self.short = self.short.map(longer).filter(|short| short.longest < short.full);
+        Ok(())
     }
 
     /// What later steps depend on.
     pub(crate) fn memory(&self) -> Memory {
-        let Self { begun, short, .. } = *self;
         let invariants =
             self.all.iter().map(|listed| (listed.memory.clone(), listed.worst)).collect();
-        Memory { begun, short, invariants }
+        Memory { begun: self.begun, invariants }
     }
 
     /// Takes over the memory of those of the same scene.
@@ -335,7 +229,7 @@ impl Invariants {
         if memory.invariants.len() != self.all.len() {
             return Err(Malformed);
         }
-        (self.begun, self.short) = (memory.begun, memory.short);
+        self.begun = memory.begun;
         for (listed, (memory, worst)) in self.all.iter_mut().zip(memory.invariants) {
             (listed.memory, listed.worst) = (memory, worst);
         }

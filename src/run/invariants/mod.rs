@@ -1,9 +1,8 @@
-//! Laws of nature that a run is held to: what `[invariants]` lists.
+//! Monitors of laws of nature: what `[invariants]` lists.
 //!
-//! Each is a [`Invariant`]: it inspects a step, from one state to the next, and says what is in the ledger's row and how
-//! far it is broken. Beyond the limit of the scene a step is refused and tried again shorter, from the same
-//! state to the bit; where no shorter step keeps it the run fails with [`BrokenInvariant`]. An invariant remembers nothing but
-//! numbers, which are part of a checkpoint.
+//! Each is an [`Invariant`]: it inspects a step, from one state to the next, and says what is in the ledger's row and how
+//! far it is broken. A step that leads beyond the limit of the scene ends the run with [`BrokenInvariant`], at the state before
+//! it, to the bit. An invariant remembers nothing but numbers, which are part of a checkpoint.
 
 mod broken;
 mod crossings;
@@ -56,7 +55,7 @@ pub(super) struct InvariantValue {
     memory: Vec<f64>,
 }
 
-/// An invariant: a law of nature that a scene holds its run to.
+/// An invariant: a law of nature that a scene watches.
 pub(super) trait Invariant: Send {
     /// What it says, as in "the net force and torque on a free sheet".
     fn name(&self) -> String;

@@ -13,9 +13,9 @@ use crate::Vec3;
 use crate::effects::Measure;
 use crate::geometry::Face;
 use crate::kinetics::{Descriptor, Location};
-use crate::model::{Chemistry, State, Surface};
+use crate::model::{Chemistry, Model, State, Surface};
 use crate::num::real;
-use crate::run::{Error, Result};
+use crate::run::Result;
 use crate::scene::{Scene, path_to};
 use crate::sheet::Sheet;
 use crate::solve::Workspace;
@@ -37,23 +37,15 @@ impl Total {
     /// The total that `name` spells in `scene`.
     ///
     /// # Errors
-    /// A name that is none, and a total that the scene does not conserve, with the place.
-    pub(super) fn of(
-        scene: &Scene,
-        name: &str,
-        workspace: &mut Workspace,
-        state: &State,
-    ) -> Result<Self> {
+    /// A name that is none, with the place.
+    pub(super) fn of(scene: &Scene, name: &str, model: &Model, state: &State) -> Result<Self> {
         let path = path_to("invariants.totals", name);
-        let model = workspace.model.clone();
         let Some(chemistry) = model.chemistry() else {
             return Err(scene.error_at(&path, "the scene has no species", None).into());
         };
         let species = parsed(scene, &path, name, chemistry.descriptor())?;
-        let (share, unit) = conserving(scene, &path, &species, workspace, state)?;
-        let made = Self { name: name.to_owned(), species, share, unit };
-        made.check_reaction(scene, &path, workspace, state)?;
-        Ok(made)
+        let (share, unit) = areas(model, chemistry, &species, state);
+        Ok(Self { name: name.to_owned(), species, share, unit })
     }
 
     /// The total and the sum of sizes.
@@ -67,42 +59,6 @@ impl Total {
             }
         }
         sums
-    }
-
-    /// Refuses laws that make some of it where a run begins.
-    fn check_reaction(
-        &self,
-        scene: &Scene,
-        path: &str,
-        workspace: &mut Workspace,
-        state: &State,
-    ) -> Result<()> {
-        let model = workspace.model.clone();
-        let Some(chemistry) = model.chemistry() else { return Ok(()) };
-        let species: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
-        let mut rates: Vec<Vec<f64>> = species.iter().map(|c| vec![0.0; c.len()]).collect();
-        let mut out: Vec<&mut [f64]> = rates.iter_mut().map(Vec::as_mut_slice).collect();
-        let signals = workspace.at(state).signals()?.clone();
-        chemistry.reaction(&species, &signals, &mut out)?;
-        let made = |i: usize| self.species.iter().map(|&(s, w)| w * rates[s][i]).sum::<f64>();
-        let size = |i: usize| self.species.iter().map(|&(s, w)| (w * rates[s][i]).abs()).sum();
-        let scale: f64 = (0..self.share.len()).map(size).fold(0.0, f64::max);
-        let worst = (0..self.share.len()).max_by(|a, b| made(*a).abs().total_cmp(&made(*b).abs()));
-        match worst {
-            Some(point) if made(point).abs() > ROUND_OFF * scale => {
-                let message = format!(
-                    "the laws make `{}` at a rate of {:.2e} at {} {point}, at the start of the run: this \
-                     total is not conserved",
-                    self.name,
-                    made(point),
-                    chemistry.location().noun()
-                );
-                let help = "a total is of species that only move or turn into one another: \"a + b\", or \
-                            \"a + 2 b\" where one b is made of two a";
-                Err(scene.error_at(path, &message, Some(help)).into())
-            }
-            _ => Ok(()),
-        }
     }
 
     fn reading(&self, state: &State, memory: Option<&[f64]>) -> InvariantValue {
@@ -163,57 +119,30 @@ fn shares(sheet: &Sheet, location: Location, x: &[Vec3]) -> Vec<f64> {
     }
 }
 
-/// The areas with which the transports of these species conserve their totals, and the unit of the total.
-fn conserving(
-    scene: &Scene,
-    path: &str,
+/// The areas with which the transports of these species conserve their totals, those of rest if none does; and the unit
+/// of the total.
+fn areas(
+    model: &Model,
+    chemistry: &Chemistry,
     species: &[(usize, f64)],
-    workspace: &Workspace,
     state: &State,
-) -> Result<(Vec<f64>, &'static str)> {
-    let model = &workspace.model;
+) -> (Vec<f64>, &'static str) {
     let (sheet, moves) = (model.sheet(), model.moves());
-    let Some(chemistry) = model.chemistry() else { return Ok((Vec::new(), "amount")) };
     let shares = |x: &[Vec3]| shares(sheet, chemistry.location(), x);
     if sheet.triangles().is_empty() {
-        return Ok((shares(&state.x), "concentration"));
+        return (shares(&state.x), "concentration");
     }
     let rest = shares(sheet.rest());
-    // A shape that a moving sheet may have.
-    let mut x = state.x.clone();
-    if moves {
-        let size = (rest.iter().sum::<f64>() / real(rest.len().max(1))).sqrt();
-        let wave = |k: usize| (real(k) * 0.61).sin();
-        x.iter_mut().enumerate().for_each(|(i, x)| x.x += 0.1 * size * wave(5 * i + 1));
-    }
-    let mut candidates = vec![rest];
     if !moves && chemistry.measure() == Measure::Concentration {
-        candidates.insert(0, shares(&state.x));
-    }
-    let holds =
-        |share: &Vec<f64>| species.iter().all(|(s, _)| conserves(chemistry, sheet, &x, *s, share));
-    if let Some(share) = candidates.into_iter().find(holds) {
-        return Ok((share, "amount"));
-    }
-    let sources = |(s, _): &(usize, f64)| {
-        let mut flows = chemistry.transports().iter().filter(|t| t.species() == *s);
-        flows.any(|t| t.has_sources()) || !chemistry.held().of(*s).is_empty()
-    };
-    let message = match (chemistry.location(), moves) {
-        _ if species.iter().any(sources) => {
-            "an effect lets this species flow in or out (flux, exchange or hold), so its total changes"
+        let now = shares(&state.x);
+        if species.iter().all(|(s, _)| conserves(chemistry, sheet, &state.x, *s, &now)) {
+            return (now, "amount");
         }
-        (Location::Vertex, true) => {
-            "on a sheet that moves the total of a concentration is not conserved, since nothing dilutes it"
-        }
-        _ => "the transport of this species does not conserve its total",
-    };
-    let help = "kinetics.measure = \"amount\" conserves totals on a sheet that moves, and so does metric = \"rest\" of \
-                diffusion; species on faces have diffusion that conserves on flat sheets at rest only";
-    Err(Error::Scene(scene.error_at(path, message, Some(help))))
+    }
+    (rest, "amount")
 }
 
-/// Whether the transports of a species conserve its total with these areas on the shape `x`, whatever it is.
+/// Whether the transports of a species conserve its total with these areas on the shape `x`.
 fn conserves(
     chemistry: &Chemistry,
     sheet: &Sheet,
@@ -243,8 +172,9 @@ impl Invariant for Total {
     }
 
     fn advice(&self) -> &'static str {
-        "a law makes or destroys some of it, or values have been clipped at the end of their range: check the \
-         rates and at species.NAME.lower; where it is the integrator's error, try a smaller time.integrator.rtol"
+        "a law makes or destroys some of it, flux, exchange or hold lets it in or out, or values have been clipped at the \
+         end of their range (species.NAME.lower); on a sheet that moves the total of a concentration is not conserved, \
+         that of kinetics.measure = \"amount\" is; where it is the integrator's error, try a smaller time.integrator.rtol"
     }
 
     fn columns(&self) -> Vec<String> {

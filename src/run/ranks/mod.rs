@@ -77,13 +77,6 @@ pub(super) fn check(scene: &Scene) -> Result<()> {
             "format = \"vtu\"",
         );
     }
-    if scene.time.span.from.is_some() {
-        return refuse(
-            "time.from",
-            "a run does not begin in the middle of another",
-            "leave it out",
-        );
-    }
     Ok(())
 }
 

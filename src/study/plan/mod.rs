@@ -12,7 +12,6 @@ mod reuse;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
@@ -20,7 +19,7 @@ pub use self::axis::{Axis, MAX_VALUES};
 use self::keys::{check_keys, disambiguate_titles};
 pub use self::keys::{seed_axis, seed_keys};
 use super::{read_document, write_document};
-use crate::kinetics::{HostLaw, Isolation, PluginSearch};
+use crate::kinetics::{HostLaw, PluginSearch};
 use crate::output::OutputError;
 use crate::output::provenance::{FileRecord, fingerprint};
 use crate::run::{Error, Result};
@@ -43,11 +42,6 @@ pub struct Plan {
     pub threads: u16,
     /// Where plugins are looked for.
     pub plugin_path: Vec<PathBuf>,
-    /// Seconds that one call of an isolated plugin may take.
-    pub plugin_limit: f64,
-    /// Whether plugins are isolated in processes of their own.
-    #[serde(default)]
-    pub isolate: bool,
     /// Whether members keep their states at output times.
     #[serde(default)]
     pub states: bool,
@@ -112,7 +106,6 @@ impl Plan {
             set: set.to_vec(),
             axes,
             threads: 1,
-            plugin_limit: f64::INFINITY,
             repeats: 1,
             ..Self::default()
         };
@@ -157,13 +150,9 @@ impl Plan {
         Ok(self.scene(number)?.time.span.until.get())
     }
 
-    /// Returns the search path of its plugins and their isolation, where [`Isolation::here`] allows it.
+    /// Returns the search path of its plugins.
     pub(crate) fn search(&self) -> PluginSearch {
-        let limit = Duration::try_from_secs_f64(self.plugin_limit).unwrap_or(Duration::MAX);
-        let isolation = if self.isolate { Isolation::here(limit).ok() } else { None };
-        PluginSearch::in_directories(self.plugin_path.clone())
-            .isolated(isolation)
-            .with_law(self.law.clone())
+        PluginSearch::in_directories(self.plugin_path.clone()).with_law(self.law.clone())
     }
 
     /// Returns the name of a member: its keys and values.

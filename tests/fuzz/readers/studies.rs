@@ -151,7 +151,6 @@ fn study(scene: &Path, folder: &Path) -> run::Result<()> {
 
 /// Runs all members.
 fn members(mut plan: Plan, folder: &Path) -> run::Result<()> {
-    plan.plugin_limit = 60.0;
     plan.seal()?;
     fs::create_dir_all(folder.join(Plan::MEMBERS)).unwrap_or_default();
     plan.write(folder)?;

@@ -1,8 +1,6 @@
-//! A plugin of today, called by an engine of minor version 0, whose batches end before the
-//! parameters; and by one that stores its columns otherwise than the engine of today.
+//! A plugin called with columns of several strides.
 #![expect(unsafe_code, reason = "the part of an engine is to call C functions")]
 
-use std::mem::offset_of;
 use std::ptr;
 
 use rumple_plugin_abi::{Batch, Column, ColumnMut, NO_POINT, Report, Status};
@@ -37,9 +35,8 @@ fn value(k: usize) -> f64 {
     f64::from(u16::try_from(k).unwrap_or(u16::MAX)) / 700.0
 }
 
-/// Rates and partials at all points; `stride` numbers lie between values of successive points, and
-/// the batch has `size` bytes.
-fn evaluate(stride: usize, size: usize) -> Vec<f64> {
+/// Rates and partials at all points; `stride` numbers lie between values of successive points.
+fn evaluate(stride: usize) -> Vec<f64> {
     let table = RUMPLE_PLUGIN_ENTRY.table();
     let mut report = Report {
         size: size_of::<Report>(),
@@ -56,16 +53,15 @@ fn evaluate(stride: usize, size: usize) -> Vec<f64> {
     let (c, v, t) = (spread(&value), spread(&|k| 1.0 - value(k)), 0.25);
     let column = |data: &Vec<f64>| Column { data: data.as_ptr(), stride };
     let (species, signals) = ([column(&c), column(&v)], [Column { data: &raw const t, stride: 0 }]);
-    // What follows the batch of an old engine is not a null pointer, and must not be read.
     let batch = Batch {
-        size,
+        size: size_of::<Batch>(),
         count: COUNT,
         species: species.as_ptr(),
         species_count: 2,
         signals: signals.as_ptr(),
         signal_count: 1,
-        parameters: if size == size_of::<Batch>() { ptr::null() } else { ptr::dangling() },
-        parameter_count: if size == size_of::<Batch>() { 0 } else { 17 },
+        parameters: ptr::null(),
+        parameter_count: 0,
     };
     let mut room = vec![f64::NAN; 8 * COUNT * stride];
     let columns: Vec<ColumnMut> = room
@@ -89,22 +85,21 @@ fn evaluate(stride: usize, size: usize) -> Vec<f64> {
 }
 
 #[test]
-fn batches_of_minor_version_0_are_read_to_their_end() {
-    let today = evaluate(1, size_of::<Batch>());
+fn values_and_derivatives_are_those_of_the_law() {
+    let packed = evaluate(1);
     let (c, v) = (value(70), 1.0 - value(70));
     let expected =
         [3.0 * c * v - c + 0.25, c.sin(), 3.0 * v - 1.0, 3.0 * c, 1.0, c.cos(), 0.0, 0.0];
     for (column, expected) in expected.into_iter().enumerate() {
-        let found = today[column * COUNT + 70];
+        let found = packed[column * COUNT + 70];
         assert!((found - expected).abs() < 1e-15, "{column}: {found} {expected}");
     }
-    assert_eq!(today, evaluate(1, offset_of!(Batch, parameters)));
 }
 
 #[test]
 fn columns_with_other_strides_give_the_same() {
-    let today = evaluate(1, size_of::<Batch>());
+    let packed = evaluate(1);
     for stride in [2, 3] {
-        assert_eq!(today, evaluate(stride, size_of::<Batch>()));
+        assert_eq!(packed, evaluate(stride));
     }
 }
