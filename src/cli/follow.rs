@@ -140,7 +140,7 @@ fn run_in_pool(args: &FollowArgs) -> Result<()> {
     let report = super::view::write_report(&root, follow.scene.output.report);
     ended?;
     if !args.quiet {
-        print_summary(&done, &directory, follow.scene.output.format);
+        print_summary(&done, &directory);
         super::run::print_report_path(report.as_deref());
     }
     Ok(())
@@ -184,7 +184,7 @@ fn listener(quiet: bool) -> impl FnMut(FollowEvent<'_>) {
 /// Least time between two lines of progress.
 const PROGRESS_INTERVAL: Duration = Duration::from_secs(5);
 
-fn print_summary(done: &FollowSummary, directory: &ResultDirectory, format: crate::output::Format) {
+fn print_summary(done: &FollowSummary, directory: &ResultDirectory) {
     say!(
         "{} on {}, {}",
         plural(done.points, "point", "points"),
@@ -194,7 +194,7 @@ fn print_summary(done: &FollowSummary, directory: &ResultDirectory, format: crat
     let [_, picture] = directory.diagrams();
     say!("table {}, diagram {}", directory.branch().display(), picture.display());
     // A point has no frames.
-    let index = directory.index(format);
+    let index = directory.pvd();
     if index.is_file() {
         say!("open {} in ParaView", index.display());
     }

@@ -3,8 +3,6 @@
 //! ```text
 //! DIR/sheet.pvd                  times and frames; the file to open in ParaView
 //! DIR/frames/frame_000123.vtu    one state each
-//! DIR/sheet.vtkhdf               all frames in one file, if the scene asks for that
-//! DIR/sheet.vtk.series           the file to open instead, if the scene asks for .vtk frames
 //! DIR/ledger.csv                 one row a step
 //! DIR/events.csv                 snaps, and losses of stability if the scene watches for them
 //! DIR/modes/mode_000000.vtu      the modes of an event
@@ -40,8 +38,6 @@ pub mod progress;
 pub mod provenance;
 mod pvtu;
 pub mod series;
-pub mod vtk;
-pub mod vtkhdf;
 pub mod vtu;
 
 use std::path::{Path, PathBuf};
@@ -57,7 +53,7 @@ pub use ledger::Ledger;
 pub use lock::{Claim, Reached, RunStatus, SelfIntersection, Standing};
 pub use progress::{Mode, Progress, ProgressLine};
 pub use provenance::Provenance;
-pub use series::{Format, Series};
+pub use series::Series;
 pub use vtu::Compression;
 
 /// Why something could not be written or read back.

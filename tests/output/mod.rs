@@ -8,7 +8,6 @@ mod picture;
 mod progress;
 mod provenance;
 mod series;
-mod vtk;
 mod vtu;
 
 use std::path::Path;

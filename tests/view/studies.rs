@@ -64,17 +64,6 @@ fn a_run_without_space_has_its_ledger() {
     assert!(page.about["members"][0]["ledger"]["rows"].as_u64().unwrap() > 1);
 }
 
-#[test]
-fn legacy_frames_are_shown() {
-    let folder = folder(&scene());
-    let folder = folder.path();
-    let set = "output.format=\"vtk\"";
-    done(folder, &["run", "scene.toml", "--out", "out", "--quiet", "--set", set]);
-    let page = Read::new(&folder.join("out/report.html"));
-    assert_eq!(page.numbers(), [0, 1, 2, 3, 4, 5]);
-    assert!(page.sheet()["rest"].is_number());
-}
-
 /// What is not finite is an empty cell of the ledger, which the viewer and the tables of sweeps read.
 #[test]
 fn a_gap_with_nothing_near_is_an_empty_cell() {

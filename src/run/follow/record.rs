@@ -107,7 +107,7 @@ impl<'a> Record<'a> {
         request: &Request,
         (family, model, load): (&SceneFamily, (&Model, &Unknowns), Option<Vec<Vec3>>),
     ) -> Self {
-        let series = Series::create(directory, output.compression).in_format(output.format);
+        let series = Series::create(directory, output.compression);
         let closed = !family.sheet.boundary().contains(&true);
         let has = |measure: &Measure| match measure {
             Measure::Mode => request.switch > 0,
