@@ -92,7 +92,7 @@ Examples:
   rumple follow shell.toml --along effect.pressure.value --from 0 --to -1 --measure volume
 
 Written are branch.csv (a row for every point: arc length, key, energy, negative eigenvalues, measures, event), frames
-(sheet.pvd; their time is the number of the row) and the diagram branch.png and branch.svg: stable parts solid, unstable
+(sheet.pvd; their time is the number of the row) and the diagram in report.html: stable parts solid, unstable
 ones dashed, folds and bifurcations marked. Ctrl-C ends after the step with all files complete. Not followed: scenes with contact, constraints or remodelling.";
 
 pub(super) fn run(args: &FollowArgs) -> Result<()> {
@@ -191,8 +191,7 @@ fn print_summary(done: &FollowSummary, directory: &ResultDirectory) {
         plural(done.branches, "branch", "branches"),
         plural(done.events.len(), "fold or bifurcation", "folds and bifurcations")
     );
-    let [_, picture] = directory.diagrams();
-    say!("table {}, diagram {}", directory.branch().display(), picture.display());
+    say!("table {}", directory.branch().display());
     // A point has no frames.
     let index = directory.pvd();
     if index.is_file() {

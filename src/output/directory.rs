@@ -35,8 +35,8 @@ impl ResultDirectory {
     pub const MACRO: &'static str = "open-in-paraview.py";
     /// Name of the table of branches of equilibria.
     pub const BRANCH: &'static str = "branch.csv";
-    /// Names of the diagram of branches, as SVG and as PNG.
-    const DIAGRAMS: [&'static str; 2] = ["branch.svg", "branch.png"];
+    /// Name of what a study shows, as data that the viewer draws.
+    pub const PLOTS: &'static str = "plots.json";
     const RESOLVED: &'static str = "resolved.toml";
     /// Name of the provenance.
     pub const PROVENANCE: &'static str = "provenance.json";
@@ -45,8 +45,6 @@ impl ResultDirectory {
     const FAILED: &'static str = "failed.vtu";
     /// Name of the measures of a member of a sweep.
     pub const MEASURES: &'static str = "measures.csv";
-    /// Name of the state that its picture shows.
-    pub const SHOWN: &'static str = "shown.vtu";
     /// Name of the states of a member at its output times.
     pub const STATES: &'static str = "states.bin";
     /// Name of what says how long the steps of a member take.
@@ -209,12 +207,6 @@ impl ResultDirectory {
         self.root.join(Self::BRANCH)
     }
 
-    /// The diagram of branches, as SVG and as PNG.
-    #[must_use]
-    pub fn diagrams(&self) -> [PathBuf; 2] {
-        Self::DIAGRAMS.map(|name| self.root.join(name))
-    }
-
     /// The list of events.
     #[must_use]
     pub fn events(&self) -> PathBuf {
@@ -374,8 +366,7 @@ fn is_root_file(name: &str) -> bool {
         ResultDirectory::LEDGER,
         ResultDirectory::EVENTS,
         ResultDirectory::BRANCH,
-        ResultDirectory::DIAGRAMS[0],
-        ResultDirectory::DIAGRAMS[1],
+        ResultDirectory::PLOTS,
         ResultDirectory::RESOLVED,
         ResultDirectory::PROVENANCE,
         ResultDirectory::FAILED,
@@ -383,7 +374,10 @@ fn is_root_file(name: &str) -> bool {
         ResultDirectory::REPORT,
         ResultDirectory::MACRO,
         ResultDirectory::MEASURES,
-        ResultDirectory::SHOWN,
+        // Of earlier versions.
+        "branch.svg",
+        "branch.png",
+        "shown.vtu",
         ResultDirectory::STATES,
         ResultDirectory::TIMING,
         Claim::STATUS,

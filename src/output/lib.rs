@@ -9,10 +9,10 @@
 //! DIR/resolved.toml              the scene with every default written out
 //! DIR/provenance.json            versions, hashes, host, command line
 //! DIR/costs.json                 what the run cost, part by part
+//! DIR/plots.json                 of a study or of branches: paragraphs, tables and plots, which the viewer draws
 //! DIR/report.html                a viewer of all this, written by the command line
 //! DIR/status.json                running, complete, interrupted or failed, and why
 //! DIR/measures.csv               of a member of a sweep: measures at the output times
-//! DIR/shown.vtu                  of a member of a sweep: what its picture shows
 //! DIR/failure/                   why a run failed, its last good state, and a scene that fails again
 //! ```
 //!
@@ -32,7 +32,6 @@ pub mod inputs;
 pub mod interrupt;
 pub mod ledger;
 pub mod lock;
-pub mod picture;
 pub mod plot;
 pub mod progress;
 pub mod provenance;
@@ -110,9 +109,6 @@ pub enum OutputError {
         /// What was expected and what was found.
         message: String,
     },
-    /// A picture could not be drawn.
-    #[error("cannot draw a picture: {0}")]
-    Picture(String),
     /// The handler of Ctrl-C could not be installed.
     #[error("cannot install a handler for Ctrl-C: {0}")]
     Interrupt(String),

@@ -4,7 +4,6 @@ mod comparison;
 mod directory;
 mod interrupt;
 mod ledger;
-mod picture;
 mod progress;
 mod provenance;
 mod series;

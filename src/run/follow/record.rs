@@ -9,7 +9,7 @@ use super::measures::{Directions, Measure};
 use crate::Vec3;
 use crate::kinetics::Location;
 use crate::model::{Memory, Model};
-use crate::output::{Compression, OutputError, ResultDirectory, Series, atomic, vtu};
+use crate::output::{Compression, OutputError, ResultDirectory, Series, atomic, plot, vtu};
 use crate::output::{Field, Frame};
 use crate::run::fields::titled;
 use crate::run::stability::EIGENVALUE_UNIT;
@@ -278,16 +278,9 @@ impl<'a> Record<'a> {
         }
         let shown = self.shown();
         let column = self.measures.iter().position(|measure| *measure == shown);
-        let figure = diagram::figure(
-            &self.rows,
-            &self.key,
-            (&self.title(shown), column.unwrap_or_default()),
-        );
-        let [svg, png] = self.directory.diagrams();
-        let text = figure.svg()?;
-        atomic::replace(&svg, |writer| writer.write_all(text.as_bytes()))?;
-        let picture = figure.picture()?.png()?;
-        atomic::replace(&png, |writer| writer.write_all(&picture))?;
+        let title = self.title(shown);
+        let blocks = diagram::blocks(&self.rows, &self.key, (&title, column.unwrap_or_default()));
+        plot::write(self.directory.root(), &blocks)?;
         Ok(())
     }
 }

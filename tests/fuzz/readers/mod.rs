@@ -55,7 +55,7 @@ const fn bound(fixed: usize, per_byte: usize) -> Bound {
 }
 
 /// All of them.
-pub const ALL: [Reader; 28] = [
+pub const ALL: [Reader; 27] = [
     scenes::SCENE,
     built::BUILT,
     scenes::OVERRIDE,
@@ -80,7 +80,6 @@ pub const ALL: [Reader; 28] = [
     studies::TIMING,
     studies::SWEEP,
     studies::MEASURES,
-    studies::SHOWN,
     studies::ACCURACY,
     studies::PEER,
     studies::PEER_STATES,
