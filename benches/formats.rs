@@ -11,7 +11,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use rumple::Vec3;
-use rumple::output::{Compression, Field, Format, Frame, ResultDirectory, Series};
+use rumple::output::{Compression, Field, Frame, ResultDirectory, Series};
 use rumple::sheet::{Shape, generate};
 
 const FRAMES: u32 = 1000;
@@ -49,15 +49,9 @@ fn main() -> ExitCode {
 
 fn measure(root: &Path) -> Result<(), Box<dyn Error>> {
     let sheet = generate(&Shape::Disc { radius: 100.0 }, VERTICES, 1)?;
-    let formats = [
-        ("vtu", Format::Vtu, Compression::Zlib),
-        ("vtu-none", Format::Vtu, Compression::None),
-        ("vtkhdf", Format::Vtkhdf, Compression::Zlib),
-        ("vtkhdf-none", Format::Vtkhdf, Compression::None),
-    ];
-    for (name, format, compression) in formats {
+    for (name, compression) in [("vtu", Compression::Zlib), ("vtu-none", Compression::None)] {
         let directory = ResultDirectory::prepare(&root.join(name), true)?;
-        let mut series = Series::create(&directory, compression).in_format(format);
+        let mut series = Series::create(&directory, compression);
         let mut seconds = 0.0;
         for k in 0..FRAMES {
             let points = positions(sheet.rest(), k);

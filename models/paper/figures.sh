@@ -4,7 +4,7 @@
 #     models/paper/figures.sh evolution        runs it, prints its numbers, draws its picture
 #     models/paper/figures.sh                  lists the figures
 #
-# Results and pictures go to results/paper (FIGURES=DIR for another folder); of sweeps, NAME/pictures.png. A run that
+# Results and pictures go to results/paper (FIGURES=DIR for another folder); of sweeps, NAME/report.html. A run that
 # is complete is not repeated, unless its scene or its keys have changed; after a change of the program remove its
 # folder. CHECK=1 only checks that every scene can be run. Run from anywhere; needs `cargo build --release`
 # and what `tests/run.sh` installs (ParaView, Python with VTK).

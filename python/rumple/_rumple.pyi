@@ -77,8 +77,6 @@ def read_surface(
 ]:
     """Points, triangles, point fields, cell fields and time of a file (.vtu, .vtp, .vtk, .obj)."""
 
-def times(path: _Path) -> list[float]:
-    """The times of the frames in a temporal VTKHDF file."""
 
 def run(
     scene: Scene,

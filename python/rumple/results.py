@@ -15,7 +15,7 @@ from typing import Any
 import numpy
 from numpy.typing import NDArray
 
-from ._rumple import Error, read_surface, report, times
+from ._rumple import Error, read_surface, report
 
 __all__ = ["Frame", "Frames", "Results", "read"]
 
@@ -49,13 +49,13 @@ class Results:
 
     @property
     def frames(self) -> Frames:
-        """The frames, each read when it is asked for: of the files in `frames`, or of `sheet.vtkhdf`."""
-        single = self.directory / "sheet.vtkhdf"
-        if single.is_file():
-            return Frames(Path(f"{single}#{number}") for number in range(len(times(single))))
+        """The frames, each read when it is asked for."""
+        for name in ("sheet.vtkhdf", "sheet.vtk.series"):
+            if (old := self.directory / name).is_file():
+                raise Error(f"{old}: frames are read from .vtu files alone; ParaView opens these, and saves them as such")
         folder = self.directory / "frames"
         files = os.listdir(folder) if folder.is_dir() else []
-        return Frames(folder / name for name in sorted(files) if name.endswith((".vtu", ".vtk")))
+        return Frames(folder / name for name in sorted(files) if name.endswith(".vtu"))
 
     def show(self, height: int = 600) -> Any:
         """Shows the viewer of the results, the file `report.html`: within a notebook, or else in a browser.

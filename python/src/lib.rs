@@ -44,7 +44,6 @@ fn _rumple(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(scene::load, module)?)?;
     module.add_function(wrap_pyfunction!(scene::parse, module)?)?;
     module.add_function(wrap_pyfunction!(scene::tables_as_toml, module)?)?;
-    module.add_function(wrap_pyfunction!(surface::times, module)?)?;
     module.add_function(wrap_pyfunction!(surface::read_surface, module)?)
 }
 

@@ -124,7 +124,7 @@ pub(crate) fn sweep(
         plan.level = level;
         how.give(&mut plan, law.clone())?;
         let collect = |plan: &Plan, root: &Path| {
-            let members = gather(plan, root, true);
+            let members = gather(plan, root);
             table::write(plan, &members, root)?;
             // The table says which members failed.
             Ok(rumple::study::gather::counts(&members))
@@ -201,7 +201,7 @@ pub(crate) fn accuracy(
         (plan.level, plan.repeats) = (level, asked.repeats);
         how.give(&mut plan, law.clone())?;
         let collect = |plan: &Plan, root: &Path| {
-            let found = gather(plan, root, false);
+            let found = gather(plan, root);
             table::write_tables(plan, &found, root)?;
             study.gather(plan, root).write(root)?;
             study.standing(plan, &found)

@@ -31,12 +31,6 @@ pub(crate) fn read_surface<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Part
     ))
 }
 
-/// The times of the frames in a temporal VTKHDF file.
-#[pyfunction]
-pub(crate) fn times(py: Python<'_>, path: PathBuf) -> PyResult<Vec<f64>> {
-    engine::call(py, || Ok(read::frame_times(&path)?))
-}
-
 fn arrays(py: Python<'_>, all: Vec<Array>) -> PyResult<Bound<'_, PyDict>> {
     let fields = PyDict::new(py);
     for Array { name, components, values } in all {

@@ -23,18 +23,12 @@ def test_results_are_read(program, tmp_path):
     assert times[0] == 0.0 and list(times)[-1] == 1.0
 
 
-@pytest.mark.parametrize("format", ["vtk", "vtkhdf"])
-def test_results_of_other_formats_have_the_same_frames(program, tmp_path, format):
-    def run(name, *overrides):
-        out = tmp_path / name
-        subprocess.run([program, "run", DOME, "--out", out, "--quiet", *overrides], check=True)
-        return rumple.read(out).frames
-
-    usual, other = run("vtu"), run(format, "--set", f'output.format="{format}"')
-    assert [frame.time for frame in other] == [frame.time for frame in usual]
-    assert len(other[1:3]) == 2
-    assert (other[-1].points == usual[-1].points).all()
-    assert (other[-1].field("c") == usual[-1].field("c")).all()
+@pytest.mark.parametrize("index", ["sheet.vtkhdf", "sheet.vtk.series"])
+def test_frames_of_other_formats_are_refused(tmp_path, index):
+    (tmp_path / "ledger.csv").write_text("step,time\n0,0\n")
+    (tmp_path / index).touch()
+    with pytest.raises(rumple.Error, match=f"{index}.*ParaView"):
+        rumple.read(tmp_path).frames
 
 
 def test_the_ledger_without_pandas(tmp_path, monkeypatch):

@@ -101,7 +101,9 @@ pub(super) fn run(args: &AccuracyArgs) -> Result<()> {
         args.of.map_or(Ok(()), |of| of.check(&plan))?;
         let study =
             Study { of: args.of.or(study.of), wanted: args.want.unwrap_or(study.wanted), ..study };
-        return gathered(&study, &plan, &root, args.how.quiet).map(|_| ());
+        let told = gathered(&study, &plan, &root, args.how.quiet);
+        super::view::write_study_report(&plan, &root);
+        return told.map(|_| ());
     }
     let scene = &args.scene;
     let search = PluginSearch::from_environment(&scene.plugin_path);
@@ -197,14 +199,14 @@ fn numbers(option: &str, text: &str) -> Result<Vec<Positive>> {
 
 /// Gathers everything and prints the advice; fails where no errors are known.
 fn gathered(study: &Study, plan: &Plan, root: &Path, quiet: bool) -> Result<String> {
-    let found = gather(plan, root, false);
+    let found = gather(plan, root);
     write_tables(plan, &found, root)?;
     let gathered = study.gather(plan, root);
     gathered.write(root)?;
     if !quiet {
         gathered.faults().iter().for_each(|fault| warn(&format!("left out: {fault}")));
         say!("{}", gathered.advice());
-        say!("{}; report, tables and plots: {}", counts(&found), root.display());
+        say!("{}; report and tables: {}", counts(&found), root.display());
     }
     study.standing(plan, &found)
 }

@@ -92,7 +92,7 @@ Examples:
   rumple follow shell.toml --along effect.pressure.value --from 0 --to -1 --measure volume
 
 Written are branch.csv (a row for every point: arc length, key, energy, negative eigenvalues, measures, event), frames
-(sheet.pvd; their time is the number of the row) and the diagram branch.png and branch.svg: stable parts solid, unstable
+(sheet.pvd; their time is the number of the row) and the diagram in report.html: stable parts solid, unstable
 ones dashed, folds and bifurcations marked. Ctrl-C ends after the step with all files complete. Not followed: scenes with contact, constraints or remodelling.";
 
 pub(super) fn run(args: &FollowArgs) -> Result<()> {
@@ -140,7 +140,7 @@ fn run_in_pool(args: &FollowArgs) -> Result<()> {
     let report = super::view::write_report(&root, follow.scene.output.report);
     ended?;
     if !args.quiet {
-        print_summary(&done, &directory, follow.scene.output.format);
+        print_summary(&done, &directory);
         super::run::print_report_path(report.as_deref());
     }
     Ok(())
@@ -184,17 +184,16 @@ fn listener(quiet: bool) -> impl FnMut(FollowEvent<'_>) {
 /// Least time between two lines of progress.
 const PROGRESS_INTERVAL: Duration = Duration::from_secs(5);
 
-fn print_summary(done: &FollowSummary, directory: &ResultDirectory, format: crate::output::Format) {
+fn print_summary(done: &FollowSummary, directory: &ResultDirectory) {
     say!(
         "{} on {}, {}",
         plural(done.points, "point", "points"),
         plural(done.branches, "branch", "branches"),
         plural(done.events.len(), "fold or bifurcation", "folds and bifurcations")
     );
-    let [_, picture] = directory.diagrams();
-    say!("table {}, diagram {}", directory.branch().display(), picture.display());
+    say!("table {}", directory.branch().display());
     // A point has no frames.
-    let index = directory.index(format);
+    let index = directory.pvd();
     if index.is_file() {
         say!("open {} in ParaView", index.display());
     }

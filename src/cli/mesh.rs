@@ -54,7 +54,7 @@ struct GenerateArgs {
     /// Same seed, same mesh.
     #[arg(long, default_value_t = 1, global = true)]
     seed: u64,
-    /// Write the mesh to this file (.obj, .vtu, .vtp, .vtk); without it only the report is printed.
+    /// Write the mesh to this file (.obj, .vtu, .vtp); without it only the report is printed.
     #[arg(long, value_name = "FILE", global = true)]
     out: Option<PathBuf>,
     /// Replace that file if it exists.
@@ -66,7 +66,7 @@ struct GenerateArgs {
 struct RepairArgs {
     /// The mesh file (.obj, .ply, .stl, .msh, .vtu, .vtp, .vtk).
     file: PathBuf,
-    /// The repaired mesh (.obj, .vtu, .vtp, .vtk).
+    /// The repaired mesh (.obj, .vtu, .vtp).
     out: PathBuf,
     /// Merge vertices nearer than this; those at the same point are always merged.
     #[arg(long, value_name = "LENGTH", default_value_t = 0.0)]
@@ -361,8 +361,8 @@ fn print(as_json: bool, value: &Value, text: &str) {
 /// The file to be written, and its format.
 fn mesh_file(path: &Path, force: bool, inputs: &Inputs) -> crate::Result<(ResultFile, MeshFormat)> {
     let Some(format) = MeshFormat::of(path) else {
-        let message = "a mesh is written as .obj, .vtu, .vtp or .vtk; give the file one of these \
-            extensions";
+        let message =
+            "a mesh is written as .obj, .vtu or .vtp; give the file one of these extensions";
         return Err(SheetError::File { path: path.to_owned(), message: message.into() }.into());
     };
     Ok((ResultFile::new(path, force, inputs)?, format))

@@ -71,7 +71,7 @@ enum Command {
     Paraview(paraview::ParaviewArgs),
     /// Evaluate one state: energies, forces, curvatures, signals, rates.
     Inspect(inspect::InspectArgs),
-    /// Run a scene over lists and ranges of its keys: tables, pictures, plots.
+    /// Run a scene over lists and ranges of its keys: tables and plots.
     Sweep(Box<sweep::SweepArgs>),
     /// Follow a branch of equilibria along a key of a scene, through folds: table, frames, diagram.
     Follow(Box<follow::FollowArgs>),

@@ -79,7 +79,7 @@ fn run_in_pool(args: &ResumeArgs, ranks: Option<Arc<dyn Communicator>>) -> Resul
     if quiet {
         notes.iter().for_each(|note| super::warn(note));
     } else {
-        run::print_summary(&done, &directory, scene.output.format);
+        run::print_summary(&done, &directory);
         run::print_report_path(report.as_deref());
     }
     match done.ending {

@@ -7,7 +7,7 @@ use std::time::SystemTime;
 use clap::Args;
 
 use super::SceneArgs;
-use crate::output::{Format, Interrupt, Mode, Progress, ResultDirectory, SelfIntersection};
+use crate::output::{Interrupt, Mode, Progress, ResultDirectory, SelfIntersection};
 use crate::reduction::Communicator;
 use crate::run::ranks::{self, agreed};
 use crate::run::run::{self, Ending, Summary};
@@ -96,7 +96,7 @@ fn run_in_pool(args: &RunArgs, ranks: Option<Arc<dyn Communicator>>) -> Result<(
     let report = super::view::write_report(&root, scene.output.report && first);
     let done = outcome?;
     if !args.quiet {
-        print_summary(&done, &directory, scene.output.format);
+        print_summary(&done, &directory);
         print_report_path(report.as_deref());
     }
     match done.ending {
@@ -148,7 +148,7 @@ pub(super) fn print_report_path(report: Option<&Path>) {
     }
 }
 
-pub(super) fn print_summary(done: &Summary, directory: &ResultDirectory, format: Format) {
+pub(super) fn print_summary(done: &Summary, directory: &ResultDirectory) {
     say!("time {}: {}", done.time, done.ending);
     let root = directory.root().display();
     match done.resumable {
@@ -190,7 +190,7 @@ pub(super) fn print_summary(done: &Summary, directory: &ResultDirectory, format:
         say!("warning: {text}, at the end; the scene lists no effect `contact`");
     }
     if done.frames > 0 {
-        let index = directory.index(format);
+        let index = directory.pvd();
         say!("{} frames; open {} in ParaView", done.frames, index.display());
     } else {
         say!("the species at every step are in {}", directory.ledger().display());

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::SystemTime;
 
-use super::{Claim, Format, OutputError, atomic, clock};
+use super::{Claim, OutputError, atomic, clock};
 
 /// A directory set up for one run, and the names of everything in it.
 ///
@@ -23,12 +23,10 @@ impl ResultDirectory {
     const CHECKPOINTS: &'static str = "checkpoints";
     /// Name of the list of events.
     pub const EVENTS: &'static str = "events.csv";
-    /// Name of the index of `.vtu` frames.
+    /// Name of the index of frames.
     pub const PVD: &'static str = "sheet.pvd";
-    /// Name of the file of all frames.
-    pub const VTKHDF: &'static str = "sheet.vtkhdf";
-    /// Name of the index of `.vtk` frames.
-    pub const SERIES: &'static str = "sheet.vtk.series";
+    /// Names of the frames, and of their index, that earlier versions wrote in other formats.
+    pub const OLD_FRAMES: [&'static str; 2] = ["sheet.vtkhdf", "sheet.vtk.series"];
     /// Name of the ledger.
     pub const LEDGER: &'static str = "ledger.csv";
     /// Name of the viewer of the results.
@@ -37,8 +35,8 @@ impl ResultDirectory {
     pub const MACRO: &'static str = "open-in-paraview.py";
     /// Name of the table of branches of equilibria.
     pub const BRANCH: &'static str = "branch.csv";
-    /// Names of the diagram of branches, as SVG and as PNG.
-    const DIAGRAMS: [&'static str; 2] = ["branch.svg", "branch.png"];
+    /// Name of what a study shows, as data that the viewer draws.
+    pub const PLOTS: &'static str = "plots.json";
     const RESOLVED: &'static str = "resolved.toml";
     /// Name of the provenance.
     pub const PROVENANCE: &'static str = "provenance.json";
@@ -47,8 +45,6 @@ impl ResultDirectory {
     const FAILED: &'static str = "failed.vtu";
     /// Name of the measures of a member of a sweep.
     pub const MEASURES: &'static str = "measures.csv";
-    /// Name of the state that its picture shows.
-    pub const SHOWN: &'static str = "shown.vtu";
     /// Name of the states of a member at its output times.
     pub const STATES: &'static str = "states.bin";
     /// Name of what says how long the steps of a member take.
@@ -146,7 +142,7 @@ impl ResultDirectory {
     /// Removes what a run has written.
     fn clear(&self) -> Result<(), OutputError> {
         // The index goes first: what is left if this is cut short then claims nothing.
-        let mut ours = vec![self.pvd(), self.root.join(Self::SERIES), self.root.join(Self::VTKHDF)];
+        let mut ours = vec![self.pvd()];
         let content = names(&self.root)?;
         ours.extend(content.iter().filter(|n| is_root_file(n)).map(|name| self.root.join(name)));
         let folders = [
@@ -181,20 +177,10 @@ impl ResultDirectory {
         &self.root
     }
 
-    /// The index of `.vtu` frames, which is the file to open in ParaView.
+    /// The index of frames, which is the file to open in ParaView.
     #[must_use]
     pub fn pvd(&self) -> PathBuf {
         self.root.join(Self::PVD)
-    }
-
-    /// The index of frames in this format, or the file of all.
-    #[must_use]
-    pub fn index(&self, format: Format) -> PathBuf {
-        match format {
-            Format::Vtu => self.pvd(),
-            Format::Vtk => self.root.join(Self::SERIES),
-            Format::Vtkhdf => self.root.join(Self::VTKHDF),
-        }
     }
 
     /// The subdirectory of the frames.
@@ -219,12 +205,6 @@ impl ResultDirectory {
     #[must_use]
     pub fn branch(&self) -> PathBuf {
         self.root.join(Self::BRANCH)
-    }
-
-    /// The diagram of branches, as SVG and as PNG.
-    #[must_use]
-    pub fn diagrams(&self) -> [PathBuf; 2] {
-        Self::DIAGRAMS.map(|name| self.root.join(name))
     }
 
     /// The list of events.
@@ -381,13 +361,12 @@ fn finished(name: &str) -> &str {
 fn is_root_file(name: &str) -> bool {
     [
         ResultDirectory::PVD,
-        ResultDirectory::SERIES,
-        ResultDirectory::VTKHDF,
+        ResultDirectory::OLD_FRAMES[0],
+        ResultDirectory::OLD_FRAMES[1],
         ResultDirectory::LEDGER,
         ResultDirectory::EVENTS,
         ResultDirectory::BRANCH,
-        ResultDirectory::DIAGRAMS[0],
-        ResultDirectory::DIAGRAMS[1],
+        ResultDirectory::PLOTS,
         ResultDirectory::RESOLVED,
         ResultDirectory::PROVENANCE,
         ResultDirectory::FAILED,
@@ -395,7 +374,10 @@ fn is_root_file(name: &str) -> bool {
         ResultDirectory::REPORT,
         ResultDirectory::MACRO,
         ResultDirectory::MEASURES,
-        ResultDirectory::SHOWN,
+        // Of earlier versions.
+        "branch.svg",
+        "branch.png",
+        "shown.vtu",
         ResultDirectory::STATES,
         ResultDirectory::TIMING,
         Claim::STATUS,

@@ -3,18 +3,16 @@
 //! ```text
 //! DIR/sheet.pvd                  times and frames; the file to open in ParaView
 //! DIR/frames/frame_000123.vtu    one state each
-//! DIR/sheet.vtkhdf               all frames in one file, if the scene asks for that
-//! DIR/sheet.vtk.series           the file to open instead, if the scene asks for .vtk frames
 //! DIR/ledger.csv                 one row a step
 //! DIR/events.csv                 snaps, and losses of stability if the scene watches for them
 //! DIR/modes/mode_000000.vtu      the modes of an event
 //! DIR/resolved.toml              the scene with every default written out
 //! DIR/provenance.json            versions, hashes, host, command line
 //! DIR/costs.json                 what the run cost, part by part
+//! DIR/plots.json                 of a study or of branches: paragraphs, tables and plots, which the viewer draws
 //! DIR/report.html                a viewer of all this, written by the command line
 //! DIR/status.json                running, complete, interrupted or failed, and why
 //! DIR/measures.csv               of a member of a sweep: measures at the output times
-//! DIR/shown.vtu                  of a member of a sweep: what its picture shows
 //! DIR/failure/                   why a run failed, and its last good state
 //! ```
 //!
@@ -34,14 +32,11 @@ pub mod inputs;
 pub mod interrupt;
 pub mod ledger;
 pub mod lock;
-pub mod picture;
 pub mod plot;
 pub mod progress;
 pub mod provenance;
 mod pvtu;
 pub mod series;
-pub mod vtk;
-pub mod vtkhdf;
 pub mod vtu;
 
 use std::path::{Path, PathBuf};
@@ -57,7 +52,7 @@ pub use ledger::Ledger;
 pub use lock::{Claim, Reached, RunStatus, SelfIntersection, Standing};
 pub use progress::{Mode, Progress, ProgressLine};
 pub use provenance::Provenance;
-pub use series::{Format, Series};
+pub use series::Series;
 pub use vtu::Compression;
 
 /// Why something could not be written or read back.
@@ -114,9 +109,6 @@ pub enum OutputError {
         /// What was expected and what was found.
         message: String,
     },
-    /// A picture could not be drawn.
-    #[error("cannot draw a picture: {0}")]
-    Picture(String),
     /// The handler of Ctrl-C could not be installed.
     #[error("cannot install a handler for Ctrl-C: {0}")]
     Interrupt(String),

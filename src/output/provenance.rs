@@ -43,9 +43,6 @@ pub fn digest_of(path: &Path) -> Result<u64, OutputError> {
 
 /// SHA-256 of a file.
 fn hash_of(path: &Path) -> Result<Vec<u8>, OutputError> {
-    // A frame of a file of frames is unchanged where the whole file is.
-    let frames = rumple_vtkhdf::frame_of(path).map(|(file, _)| file);
-    let path = frames.as_deref().unwrap_or(path);
     let mut file = fs::File::open(path).map_err(OutputError::read(path))?;
     let mut hasher = Sha256::new();
     let mut buffer = vec![0; 1 << 16];

@@ -1,40 +1,12 @@
-//! A series of frames and its index (`.pvd`, or `.vtk.series`), which gives every frame its time; or one file of all.
+//! A series of `.vtu` frames and its index (`.pvd`), which gives every frame its time.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
-
 use super::encode::decimal;
 use super::provenance::digest_of;
-use super::vtkhdf::FramesFile;
 use super::vtu::{self, Compression};
-use super::{Frame, OutputError, ResultDirectory, atomic, pvtu, vtk};
-
-/// File format of the frames.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Format {
-    /// VTK's XML format for unstructured grids.
-    #[default]
-    Vtu,
-    /// VTK's old format, binary and not compressed.
-    Vtk,
-    /// All frames in one file, temporal VTKHDF.
-    Vtkhdf,
-}
-
-impl Format {
-    /// The ending of the names of frames.
-    #[must_use]
-    pub fn ending(self) -> &'static str {
-        match self {
-            Self::Vtu => "vtu",
-            Self::Vtk => "vtk",
-            Self::Vtkhdf => "vtkhdf",
-        }
-    }
-}
+use super::{Frame, OutputError, ResultDirectory, atomic, pvtu};
 
 /// Writes frames one after another and keeps the index in step with them.
 ///
@@ -43,22 +15,19 @@ impl Format {
 #[derive(Debug)]
 pub struct Series {
     directory: ResultDirectory,
-    format: Format,
     compression: Compression,
     times: Vec<f64>,
     digests: Vec<u64>,
-    one: FramesFile,
     /// The folders of the pieces of a frame, as seen from here; empty where a frame is one file.
     pieces: Vec<PathBuf>,
 }
 
 impl Series {
-    /// Starts a series of `.vtu` frames in `directory`; nothing is written yet.
+    /// Starts a series in `directory`; nothing is written yet.
     #[must_use]
     pub fn create(directory: &ResultDirectory, compression: Compression) -> Self {
-        let (format, times, digests) = (Format::default(), Vec::new(), Vec::new());
-        let (directory, one) = (directory.clone(), FramesFile::default());
-        Self { directory, format, compression, times, digests, one, pieces: Vec::new() }
+        let (times, digests, pieces) = (Vec::new(), Vec::new(), Vec::new());
+        Self { directory: directory.clone(), compression, times, digests, pieces }
     }
 
     /// The same with frames of pieces, of which the first is written here and the others under the same name into the
@@ -75,12 +44,9 @@ impl Series {
     /// [`OutputError::Directory`] if one of them is not there, [`OutputError::Write`] if the index cannot be
     /// written.
     pub fn after(self, times: Vec<f64>, digests: Vec<u64>) -> Result<Self, OutputError> {
-        if self.format == Format::Vtkhdf {
-            let one = FramesFile::after(&self.index(), &times, &digests, self.compression)?;
-            return Ok(Self { times, digests, one, ..self });
-        }
         let series = Self { times, digests, ..self };
-        let missing = (0..series.times.len()).map(|k| series.path(k)).find(|path| !path.is_file());
+        let missing =
+            (0..series.times.len()).map(|k| series.directory.frame(k)).find(|path| !path.is_file());
         if let Some(path) = missing {
             let path = path.strip_prefix(series.directory.root()).unwrap_or(&path).display();
             let message = format!("`{path}`, written before the checkpoint, is not there any more");
@@ -96,36 +62,16 @@ impl Series {
         Self { times, digests, ..self }
     }
 
-    fn path(&self, number: usize) -> PathBuf {
-        self.directory.frame(number).with_extension(self.format.ending())
-    }
-
-    /// The same series with frames in another format.
-    #[must_use]
-    pub fn in_format(self, format: Format) -> Self {
-        Self { format, ..self }
-    }
-
     /// Writes `frame` and then the index with it; returns the path of the frame.
     ///
     /// # Errors
     /// [`OutputError::Frame`] if the frame contradicts itself, [`OutputError::Write`] and [`OutputError::Read`] if
     /// the disk is full or refuses. The index then still lists the frames written before, all whole.
     pub fn push(&mut self, frame: &Frame<'_>) -> Result<PathBuf, OutputError> {
-        if self.format == Format::Vtkhdf {
-            let path = self.index();
-            let digest = self.one.push(&path, frame, self.compression)?;
-            self.times.push(frame.time);
-            self.digests.push(digest);
-            return Ok(path);
-        }
         let frames = self.directory.frames();
         fs::create_dir_all(&frames).map_err(OutputError::write(&frames))?;
-        let path = self.path(self.times.len());
-        match self.format {
-            Format::Vtk => vtk::write(&path, frame)?,
-            _ => vtu::write(&path, frame, self.compression)?,
-        }
+        let path = self.directory.frame(self.times.len());
+        vtu::write(&path, frame, self.compression)?;
         if !self.pieces.is_empty() {
             let name = ResultDirectory::frame_name(self.times.len());
             let sources = self.pieces.iter().map(|folder| folder.join(&name));
@@ -159,24 +105,21 @@ impl Series {
     /// The index, which is the file to open.
     #[must_use]
     pub fn index(&self) -> PathBuf {
-        self.directory.index(self.format)
+        self.directory.pvd()
     }
 
     fn write_index(&self) -> Result<(), OutputError> {
         let frames = self.times.iter().enumerate().map(|(number, &time)| {
-            let ending = if self.pieces.is_empty() { self.format.ending() } else { "pvtu" };
+            let ending = if self.pieces.is_empty() { "vtu" } else { "pvtu" };
             let name = Path::new(&ResultDirectory::frame_name(number)).with_extension(ending);
             (decimal(time), Path::new(ResultDirectory::FRAMES).join(name))
         });
-        let text = match self.format {
-            Format::Vtk => file_series(frames),
-            _ => collection(frames),
-        };
+        let text = collection(frames);
         atomic::replace(&self.index(), |writer| writer.write_all(text.as_bytes()))
     }
 }
 
-/// The index as a `.pvd`, which lists files in XML formats.
+/// The index as a `.pvd`.
 fn collection(frames: impl Iterator<Item = (String, PathBuf)>) -> String {
     let mut text = String::from(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n",
@@ -185,12 +128,4 @@ fn collection(frames: impl Iterator<Item = (String, PathBuf)>) -> String {
         text += &format!("<DataSet timestep=\"{time}\" part=\"0\" file=\"{}\"/>\n", file.display());
     }
     text + "</Collection>\n</VTKFile>\n"
-}
-
-/// The index as ParaView's list of files in any format; a `.pvd` cannot name the old one.
-fn file_series(frames: impl Iterator<Item = (String, PathBuf)>) -> String {
-    let lines: Vec<_> = frames
-        .map(|(time, file)| format!("{{\"name\": \"{}\", \"time\": {time}}}", file.display()))
-        .collect();
-    format!("{{\"file-series-version\": \"1.0\", \"files\": [\n{}\n]}}\n", lines.join(",\n"))
 }

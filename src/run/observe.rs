@@ -102,7 +102,7 @@ impl Frames {
         if model.sheet().triangles().is_empty() {
             return Ok(None);
         }
-        let mut series = Series::create(directory, output.compression).in_format(output.format);
+        let mut series = Series::create(directory, output.compression);
         if let Some(of) = model.sheet().reduction().distribution()
             && of.communicator.rank() == 0
         {

@@ -12,7 +12,7 @@ use crate::kinetics::PluginSearch;
 use crate::num::checked::AtLeast;
 use crate::output::checkpoint::{self, Unusable};
 use crate::output::provenance::digest_of;
-use crate::output::{Format, ResultDirectory, RunStatus, Standing, vtkhdf};
+use crate::output::{ResultDirectory, RunStatus, Standing};
 use crate::record::Malformed;
 use crate::reduction::Communicator;
 use crate::scene::Scene;
@@ -220,16 +220,8 @@ fn missing(directory: &ResultDirectory, checkpoint: &Checkpoint) -> Option<Strin
     if rows != Some(checkpoint.step() + 1) {
         return Some(format!("ledger.csv ends before step {}", checkpoint.step()));
     }
-    let one = directory.index(Format::Vtkhdf);
-    if one.is_file() {
-        return vtkhdf::fault(&one, &checkpoint.results.frame_times, &checkpoint.results.digests);
-    }
     let frames = checkpoint.results.frame_times.len();
-    let there = |k: &usize| {
-        let frame = directory.frame(*k);
-        frame.is_file() || frame.with_extension("vtk").is_file()
-    };
-    if let Some(gone) = (0..frames).find(|k| !there(k)) {
+    if let Some(gone) = (0..frames).find(|k| !directory.frame(*k).is_file()) {
         return Some(format!("frame {gone} of its {frames} is gone"));
     }
     let cut = (0..frames).map(|k| directory.frame(k)).find(|frame| !whole(frame));
@@ -241,7 +233,6 @@ fn missing(directory: &ResultDirectory, checkpoint: &Checkpoint) -> Option<Strin
 fn changed(directory: &ResultDirectory, digests: &[u64]) -> Option<String> {
     digests.iter().enumerate().find_map(|(k, digest)| {
         let frame = directory.frame(k);
-        let frame = if frame.is_file() { frame } else { frame.with_extension("vtk") };
         let same = digest_of(&frame).is_ok_and(|found| found == *digest);
         (!same).then(|| {
             format!("{} is not as the run wrote it: its bytes have changed", frame.display())

@@ -41,7 +41,7 @@ pub use self::invariants::{Bound, InvariantsSpec};
 pub use self::kinetics::{KineticsSpec, ParameterSpec, PositionFormula};
 pub use self::law::SpeciesSpec;
 pub use self::material::{Material, PoissonRatio};
-pub use self::output::{Format, OutputSpec};
+pub use self::output::OutputSpec;
 pub use self::schema::schema;
 pub use self::sheet::{
     Annulus, Bump, Cylinder, Direction, Disc, Imperfection, Point, Rectangle, Shape, SheetSource,
@@ -355,7 +355,7 @@ fn check(mut root: Node, origin: Origin) -> Result<Scene, SceneError> {
     let equilibrium = section.equilibrium();
     let stability = section.optional("stability", read);
     let invariants = section.optional("invariants", read);
-    let output: OutputSpec = section.optional("output", read).unwrap_or_default();
+    let output: OutputSpec = section.optional("output", output::read_output).unwrap_or_default();
     let checkpoint = section.optional("checkpoint", read);
     if let Some(error) = origin.report(&problems) {
         return Err(error);

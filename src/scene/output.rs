@@ -5,10 +5,9 @@ use serde::{Deserialize, Serialize};
 use crate::num::checked::Positive;
 use crate::num::{Short, real};
 use crate::output::Compression;
-pub use crate::output::Format;
 
 use super::time::Span;
-use crate::document::DocumentError;
+use crate::document::{DocumentError, Node, Value, read};
 
 /// Most frames of a run: more are a slip of the pen, and would fill a disc with files.
 const MAX_FRAMES: f64 = 1e6;
@@ -23,10 +22,7 @@ pub struct OutputSpec {
     /// Fields to write beside the positions; which there are depends on effects and kinetics.
     #[serde(default)]
     pub fields: Vec<String>,
-    /// File format of the frames.
-    #[serde(default)]
-    pub format: Format,
-    /// Compression of `.vtu` frames; the old format knows none.
+    /// Compression of the frames.
     #[serde(default)]
     pub compression: Compression,
     /// Whether a run ends with a viewer of its results, `report.html`.
@@ -40,13 +36,7 @@ fn yes() -> bool {
 
 impl Default for OutputSpec {
     fn default() -> Self {
-        Self {
-            every: None,
-            fields: Vec::new(),
-            format: Format::default(),
-            compression: Compression::default(),
-            report: true,
-        }
+        Self { every: None, fields: Vec::new(), compression: Compression::default(), report: true }
     }
 }
 
@@ -67,5 +57,18 @@ impl OutputSpec {
             return Err(DocumentError::plain(message).help(format!("every = {least} or longer")));
         }
         span.check_multiples(every)
+    }
+}
+
+/// Reads the table `[output]`. Its key `format` is gone; `"vtu"`, which resolved scenes gave it, is what frames are.
+pub(super) fn read_output(mut node: Node) -> Result<OutputSpec, DocumentError> {
+    match node.take("format") {
+        Some((key, Node { value, .. })) if !matches!(&value, Value::String(name) if name == "vtu") =>
+        {
+            let problem = DocumentError::at(key.place, "`format` is gone: frames are `.vtu`");
+            let help = "leave it out; `rumple view DIR` puts all frames into one file, `meshio convert` makes others";
+            Err(problem.help(help))
+        }
+        _ => read(node),
     }
 }

@@ -1,4 +1,4 @@
-//! Writing a sheet as Wavefront OBJ or in one of VTK's formats.
+//! Writing a sheet as Wavefront OBJ or in one of VTK's XML formats.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -20,8 +20,6 @@ pub enum MeshFormat {
     Vtu,
     /// VTK's XML format for polygons.
     Vtp,
-    /// VTK's old format, binary.
-    Vtk,
 }
 
 impl MeshFormat {
@@ -33,7 +31,6 @@ impl MeshFormat {
             "obj" => Self::Obj,
             "vtu" => Self::Vtu,
             "vtp" => Self::Vtp,
-            "vtk" => Self::Vtk,
             _ => return None,
         })
     }
@@ -45,14 +42,13 @@ impl MeshFormat {
 /// Those of the writer.
 pub fn mesh(sheet: &Sheet, format: MeshFormat, out: &mut impl Write) -> io::Result<()> {
     let xml = |data, out: &mut _| -> Result<(), vtkio::Error> {
-        let file = model(data, ByteOrder::LittleEndian).try_into_xml_format(Compressor::ZLib, 1)?;
+        let file = model(data).try_into_xml_format(Compressor::ZLib, 1)?;
         Ok(file.write(out)?)
     };
     match format {
         MeshFormat::Obj => return obj(sheet, out),
         MeshFormat::Vtu => xml(grid(sheet), out),
         MeshFormat::Vtp => xml(polygons(sheet), out),
-        MeshFormat::Vtk => model(polygons(sheet), ByteOrder::BigEndian).write_legacy(out),
     }
     .map_err(io::Error::other)
 }
@@ -72,10 +68,10 @@ pub fn obj(sheet: &Sheet, out: &mut impl Write) -> io::Result<()> {
     Ok(())
 }
 
-/// A file with this data set. Version 5 of the old format would come out wrong.
-fn model(data: DataSet, byte_order: ByteOrder) -> Vtk {
-    let title = "rumple, a sheet at rest".to_owned();
-    Vtk { version: Version::new_legacy(4, 2), title, byte_order, file_path: None, data }
+/// A file with this data set.
+fn model(data: DataSet) -> Vtk {
+    let (version, byte_order) = (Version::new_xml(1, 0), ByteOrder::LittleEndian);
+    Vtk { version, title: String::new(), byte_order, file_path: None, data }
 }
 
 fn points(sheet: &Sheet) -> Vec<f64> {

@@ -5,7 +5,7 @@
 //! plan     Axis, Plan, Point              which members there are: scene, overrides, directory, fingerprint
 //! run      run, Pool, slurm, RankJob      one member; members as child processes or as an array job; a run over ranks
 //! gather   MemberResults, Norm, Measures  how members stand, their results, their distances from one another
-//! draw                                    tables, plots against a key, contact sheets
+//! draw                                    tables, plots against a key
 //! ```
 
 pub mod accuracy;

@@ -2,32 +2,30 @@
 //!
 //! ```text
 //! DIR/sweep.json              the plan: keys, values, members with their fingerprints
-//! DIR/members/h=0.5,D=0/      the run of one member, with measures.csv and shown.vtu
+//! DIR/members/h=0.5,D=0/      the run of one member, with measures.csv
 //! DIR/sweep.csv, sweep.md     a row of measures and costs a member
 //! DIR/statistics.csv          mean and standard deviation over the seeds
-//! DIR/pictures.png            pictures of all members, arranged by the keys
-//! DIR/plot-h.svg, plot-h.png  the measures against a key
+//! DIR/plots.json              the tables, and plots of the measures against each key, for the viewer
 //! DIR/sweep.sbatch, slurm/    an array job and what its tasks print
 //! ```
 //!
 //! The members are planned, run and gathered as those of any [study](super); here are the table with one row a
-//! member, the plots and the contact sheet.
+//! member and the plots.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::iter::once;
 use std::path::Path;
 
-use super::draw::contact_sheet::{ACROSS, ContactSheet, GAP, LINE, Shape, TILE};
 use super::draw::plot::StudyPlot;
 use super::draw::selected;
-use super::draw::table::{csv_table, markdown_table, number, work_cells, work_titles};
-use super::gather::{Measures, MemberResults, MemberStatus, ShownState, Statistics, counts};
+use super::draw::table;
+use super::draw::table::{csv_table, number, work_cells, work_titles};
+use super::gather::{Measures, MemberResults, MemberStatus, Statistics, counts};
 use super::plan::{Axis, Plan};
-use super::{draw, extent, write_files};
+use super::{extent, write_files};
 use crate::num::real;
 use crate::output::SelfIntersection;
-use crate::output::picture::Picture;
-use crate::output::plot::{Figure, Panel, label};
+use crate::output::plot::{self, Block, Figure, Panel, Plot, label};
 use crate::run::pattern::resolution_words;
 use crate::run::{Error, Result};
 
@@ -37,10 +35,6 @@ pub const TABLE: &str = "sweep.csv";
 pub const STATISTICS: &str = "statistics.csv";
 /// The table for people.
 pub const PAGE: &str = "sweep.md";
-/// The pictures.
-pub const PICTURES: &str = "pictures.png";
-/// Prefix of the names of plots.
-pub const PLOT: &str = "plot-";
 
 /// Writes the tables of `members` into `root`.
 ///
@@ -53,23 +47,24 @@ pub fn write_tables(plan: &Plan, members: &[MemberResults], root: &Path) -> Resu
     write_files(root, files.into_iter().map(file).collect())
 }
 
-/// Writes tables, pictures and plots of `members` into `root`.
+/// Writes tables and plots of `members` into `root`.
 ///
 /// # Errors
-/// A picture that cannot be drawn, a file that cannot be written.
+/// A file that cannot be written.
 pub fn write(plan: &Plan, members: &[MemberResults], root: &Path) -> Result<()> {
     write_tables(plan, members, root)?;
-    let mut files: Vec<(String, Vec<u8>)> = Vec::new();
-    if let Some(pictures) = contact_sheet(plan, members)? {
-        files.push((PICTURES.to_owned(), pictures.png()?));
-    }
+    let mut blocks = blocks(plan, members);
     for key in drawn_keys(plan) {
-        let drawn = figure(plan, members, key);
-        if !drawn.panels.is_empty() {
-            files.extend(draw::svg_and_png(&format!("{PLOT}{}", plan.plot_name(key)), &drawn)?);
+        let (name, figure) = (plan.plot_name(key), figure(plan, members, key));
+        let caption = format!(
+            "Measures against {}. Seeds are marks around the curve of their means.",
+            plan.axes[key].key
+        );
+        if !figure.panels.is_empty() {
+            blocks.push(Block::Plot(Plot { name, caption, figure }));
         }
     }
-    write_files(root, files)
+    Ok(plot::write(root, &blocks)?)
 }
 
 /// Says how many of `members` have which status.
@@ -214,41 +209,44 @@ fn statistics_rows(
     Some(rows)
 }
 
-/// The tables for people, in Markdown: without folders, numbers in few digits, and only columns that have
-/// numbers.
+/// The tables for people, in Markdown.
 #[must_use]
 pub fn markdown(plan: &Plan, members: &[MemberResults]) -> String {
+    table::markdown(&blocks(plan, members))
+}
+
+/// The tables for people: without folders, numbers in few digits, and only columns that have numbers.
+fn blocks(plan: &Plan, members: &[MemberResults]) -> Vec<Block> {
     let mut columns = labelled_columns(members);
     columns.retain(|c| members.iter().any(|f| (c.of)(f).is_some()));
     let cell = |value: Option<f64>| value.map_or("-".into(), label);
     let keys = plan.axes.iter().map(|axis| axis.title()).chain(once("status"));
     let head = keys.chain(columns.iter().map(|c| c.title)).map(str::to_owned);
     let mut rows: Vec<Vec<String>> = vec![head.collect()];
-    let mut notes = String::new();
+    let mut notes = Vec::new();
     for found in members {
         let numbers = columns.iter().map(|c| cell((c.of)(found)));
         rows.push(values(plan, found).chain(numbers).collect());
         if !found.why_incomplete().is_empty() {
-            notes += &format!("* {}: {}: {}\n", found.name, found.status, found.why_incomplete());
+            notes.push(format!("{}: {}: {}", found.name, found.status, found.why_incomplete()));
         }
     }
     for found in members {
-        if let Some(words) = found.intersection.and_then(SelfIntersection::words) {
-            notes += &format!("* {}: {words}\n", found.name);
-        }
-        if let Some(words) = last(found).and_then(|m| m.width).and_then(resolution_words) {
-            notes += &format!("* {}: {words}\n", found.name);
-        }
+        let width = last(found).and_then(|m| m.width).and_then(resolution_words);
+        let words = found.intersection.and_then(SelfIntersection::words).into_iter().chain(width);
+        notes.extend(words.map(|words| format!("{}: {words}", found.name)));
     }
-    let between = if notes.is_empty() { "" } else { "\n" };
-    let mut page = markdown_table(&rows) + between + &notes;
+    let mut blocks = vec![Block::Table(rows)];
+    if !notes.is_empty() {
+        blocks.push(Block::List(notes));
+    }
     if let Some(rows) = statistics_rows(plan, members, &columns, Axis::title, cell) {
         let seeds = plan.axes.iter().filter(|axis| axis.is_seed());
         let seeds: Vec<&str> = seeds.map(|axis| axis.key.as_str()).collect();
-        page += &format!("\nOver {}, complete members:\n\n", seeds.join(" and "));
-        page += &markdown_table(&rows);
+        blocks.push(Block::Text(format!("Over {}, complete members:", seeds.join(" and "))));
+        blocks.push(Block::Table(rows));
     }
-    page
+    blocks
 }
 
 /// The values of a member's keys, and its status.
@@ -317,91 +315,4 @@ fn across_text(axis: &Axis, crosses: bool) -> String {
         text = format!("{} ({})", axis.title(), names.collect::<Vec<_>>().join(", "));
     }
     if crosses { text + "   × failed" } else { text }
-}
-
-/// Pictures in a row from which on they are smaller, and how small.
-const SMALL_TILE_COUNT: usize = 8;
-const SMALL_TILE: usize = 180;
-/// Width of a letter, about; texts are cut off where a tile ends.
-const LETTER_WIDTH: usize = 9;
-/// Colour of a box in place of a picture.
-const FAILED_COLOUR: [u8; 3] = [255, 214, 214];
-const ABSENT_COLOUR: [u8; 3] = [232, 232, 232];
-/// Height of the bar below the last picture of one that failed.
-const BAR_HEIGHT: usize = 6;
-/// Most pixels of a contact sheet across or down.
-const MAX_PIXELS: usize = 30_000;
-
-/// Pictures of `members`, coloured by the first species, all on one scale and seen from one place; `None`
-/// without a sheet.
-///
-/// # Errors
-/// If a picture cannot be drawn.
-pub fn contact_sheet(plan: &Plan, members: &[MemberResults]) -> Result<Option<Picture>> {
-    let shown: Vec<&ShownState> = members.iter().filter_map(|f| f.shown.as_ref()).collect();
-    let shapes: Vec<Shape<'_>> = shown.iter().map(|shown| shape(shown)).collect();
-    let across = match &plan.axes[..] {
-        [_] => members.len().clamp(1, ACROSS),
-        axes => axes.last().map_or(1, |axis| axis.values.len().max(1)),
-    };
-    let tile = if across > SMALL_TILE_COUNT { SMALL_TILE } else { TILE };
-    let mut sheet = ContactSheet::new(&shapes, tile);
-    // Room for a word.
-    let height = sheet.height().max(LINE);
-    let row = 2 * LINE + height + GAP;
-    let bottom = GAP + row * members.len().div_ceil(across);
-    let size = ((tile * across).max(2 * TILE), bottom + LINE + GAP);
-    if shapes.is_empty() || size.0.max(size.1) > MAX_PIXELS {
-        return Ok(None);
-    }
-    sheet.resize(size.0, size.1);
-    let cut = |text: String| -> String { text.chars().take((tile - GAP) / LETTER_WIDTH).collect() };
-    let last = plan.axes.len().saturating_sub(1);
-    for (number, found) in members.iter().enumerate() {
-        let (left, top) = (number % across * tile, GAP + number / across * row);
-        let tile_label = plan.label(&found.at, |k| k == last);
-        let below = if last > 0 {
-            if number % across == 0 {
-                sheet.write(plan.label(&found.at, |k| k != last), left + GAP, top);
-            }
-            format!("{tile_label}, {}", caption(found))
-        } else {
-            sheet.write(cut(tile_label), left + GAP, top);
-            caption(found)
-        };
-        sheet.write(cut(below), left + GAP, top + LINE);
-        let (width, left_of_box, top) = (tile - GAP, left + GAP / 2, top + 2 * LINE);
-        let failed = matches!(found.status, MemberStatus::Failed | MemberStatus::Killed);
-        if let Some(shown) = &found.shown {
-            sheet.draw(&shape(shown), left, top);
-            if failed {
-                sheet.fill((width, BAR_HEIGHT), FAILED_COLOUR, left_of_box, top + height);
-            }
-        } else {
-            let size = (width, height.saturating_sub(GAP).max(1));
-            sheet.fill(
-                size,
-                if failed { FAILED_COLOUR } else { ABSENT_COLOUR },
-                left_of_box,
-                top + GAP / 2,
-            );
-        }
-    }
-    let name = shown.iter().find_map(|s| s.species.as_ref()).map_or("", |(name, _)| name);
-    sheet.finish(name, bottom).map(Some)
-}
-
-fn shape(shown: &ShownState) -> Shape<'_> {
-    let values = shown.species.as_ref().map(|(_, values)| values);
-    Shape { x: &shown.x, triangles: &shown.triangles, values }
-}
-
-/// Time that a member has reached, and how it stands unless it is complete.
-fn caption(found: &MemberResults) -> String {
-    let time = found.measures.last().map(|m| format!("t = {}", label(m.time)));
-    match (found.status, time) {
-        (MemberStatus::Complete, Some(time)) => time,
-        (status, Some(time)) => format!("{time}, {status}"),
-        (status, None) => status.to_string(),
-    }
 }

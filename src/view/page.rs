@@ -3,19 +3,21 @@
 use std::path::Path;
 
 use serde::Serialize;
+use serde_json::Value;
 
 use super::blocks::Blocks;
 use super::ledger::{self, Columns};
 use super::record::Record;
 use super::runs::{self, FoundRuns};
 use super::sheet::{self, Sheet};
-use super::{Options, Page};
-use crate::run::Result;
+use super::{Options, Page, text_of};
+use crate::output::ResultDirectory;
+use crate::run::{Error, Result};
 
 const TEMPLATE: &str = include_str!("page/page.html");
 const STYLE: &str = include_str!("page/style.css");
 /// In the order in which they are run.
-const SCRIPT: [&str; 10] = [
+const SCRIPT: [&str; 11] = [
     include_str!("page/data.js"),
     include_str!("page/colour.js"),
     include_str!("page/camera.js"),
@@ -25,6 +27,7 @@ const SCRIPT: [&str; 10] = [
     include_str!("page/probe.js"),
     include_str!("page/curves.js"),
     include_str!("page/record.js"),
+    include_str!("page/figures.js"),
     include_str!("page/main.js"),
 ];
 const GENERATOR: &str = concat!("rumple ", env!("CARGO_PKG_VERSION"));
@@ -33,6 +36,8 @@ const GENERATOR: &str = concat!("rumple ", env!("CARGO_PKG_VERSION"));
 #[derive(Debug, Serialize)]
 struct PageData<'a> {
     title: &'a str,
+    /// What a study shows, as it wrote it.
+    study: Option<Value>,
     members: Vec<RunData>,
 }
 
@@ -54,7 +59,12 @@ pub(super) fn of(root: &Path, found: &FoundRuns, options: Options) -> Result<Pag
     let members = runs.iter().map(|(name, directory)| member(name, directory, found, &mut blocks));
     let members = members.collect::<Result<Vec<_>>>()?;
     let title = runs::name_of(root);
-    let mut data = PageData { title: &title, members };
+    let plots = root.join(ResultDirectory::PLOTS);
+    let wrong =
+        |error| Error::Refused(format!("{}: is not what a study writes: {error}", plots.display()));
+    let study =
+        text_of(&plots)?.map(|text| serde_json::from_str(&text)).transpose().map_err(wrong)?;
+    let mut data = PageData { title: &title, study, members };
     // Sheets get what the rest leaves.
     let rest = document(&data, "", blocks.html()).len();
     let left = options.bytes.saturating_sub(rest) / runs.len().max(1);

@@ -75,27 +75,23 @@ pub(super) struct FrameBlock {
 /// # Errors
 /// An entry without a time or a file, or with a file outside of the directory.
 pub(super) fn index(root: &Path) -> Result<Vec<(f64, PathBuf)>> {
-    let one = root.join(ResultDirectory::VTKHDF);
-    if one.is_file() {
-        let times = read::frame_times(&one)?;
-        let frame = |(k, time)| (time, PathBuf::from(format!("{}#{k}", one.display())));
-        return Ok(times.into_iter().enumerate().map(frame).collect());
-    }
-    let (pvd, series) = (root.join(ResultDirectory::PVD), root.join(ResultDirectory::SERIES));
-    if let Some(text) = text_of(&pvd)? {
-        let entries = text.split("<DataSet").skip(1).map(|entry| {
-            let part = |name: &str| entry.split(&format!(" {name}=\"")).nth(1)?.split('"').next();
-            let time = part("timestep").and_then(|time| time.parse::<f64>().ok());
-            place(root, &pvd, time, part("file"))
-        });
-        return entries.collect();
-    }
-    let Some(text) = text_of(&series)? else { return Ok(Vec::new()) };
-    let wrong =
-        |error| Error::Refused(format!("{}: is not what a run writes: {error}", series.display()));
-    let value: serde_json::Value = serde_json::from_str(&text).map_err(wrong)?;
-    let entries = value["files"].as_array().into_iter().flatten();
-    entries.map(|e| place(root, &series, e["time"].as_f64(), e["name"].as_str())).collect()
+    let pvd = root.join(ResultDirectory::PVD);
+    let Some(text) = text_of(&pvd)? else {
+        let old = ResultDirectory::OLD_FRAMES.map(|name| root.join(name));
+        return match old.iter().find(|path| path.is_file()) {
+            Some(path) => Err(Error::Refused(format!(
+                "{}: frames are read from `.vtu` files alone; ParaView opens these, and saves them as such",
+                path.display()
+            ))),
+            None => Ok(Vec::new()),
+        };
+    };
+    let entries = text.split("<DataSet").skip(1).map(|entry| {
+        let part = |name: &str| entry.split(&format!(" {name}=\"")).nth(1)?.split('"').next();
+        let time = part("timestep").and_then(|time| time.parse::<f64>().ok());
+        place(root, &pvd, time, part("file"))
+    });
+    entries.collect()
 }
 
 /// Checks an entry of `index`.

@@ -76,19 +76,24 @@ fn every_case_has_its_own_plots() {
     let (folder, out) = study(&scene, &POLICIES);
     assert!(out.status.success(), "{}", text(&out.stderr));
     let page = fs::read_to_string(folder.path().join("out/accuracy.md")).unwrap();
-    // The first plot below the heading of a case is of that case; one name begins another.
-    let parts: Vec<&str> = page.split("\n## ").skip(1).take(4).collect();
-    assert!(parts[0].starts_with("policy = "), "{page}");
-    for part in parts {
-        let name = part.lines().next().unwrap();
-        let plots: Vec<&str> = part.lines().filter(|l| l.starts_with("![")).collect();
-        assert!(plots.len() >= 2, "{name}: {page}");
-        let captions = part.lines().filter(|l| l.starts_with("policy = ")).skip(1);
-        assert!(captions.clone().count() >= 2, "{name}: {page}");
-        for caption in captions {
-            assert!(caption.starts_with(&format!("{name}. ")), "{name}: {caption}");
+    // Below the heading of a case are its plots.
+    let blocks = fs::read_to_string(folder.path().join("out/plots.json")).unwrap();
+    let blocks: Vec<serde_json::Value> = serde_json::from_str(&blocks).unwrap();
+    let (mut case, mut captions) = (String::new(), Vec::new());
+    for block in &blocks {
+        if block["heading"][0] == 2 {
+            case = block["heading"][1].as_str().unwrap().to_owned();
+        } else if let Some(caption) = block["plot"]["caption"].as_str()
+            && case.starts_with("policy = ")
+        {
+            assert!(caption.starts_with(&format!("{case}. ")), "{case}: {caption}");
+            captions.push(case.clone());
         }
     }
+    let plots = |case: &String| captions.iter().filter(|of| *of == case).count();
+    assert!(captions.iter().all(|case| plots(case) >= 2), "{captions:?}");
+    captions.dedup();
+    assert_eq!(captions.len(), 4, "{captions:?}");
     assert!(!page.contains(": failed: "), "{page}");
 }
 

@@ -3,6 +3,7 @@
 use std::fs;
 
 use super::{GROWING, number, study, table, text};
+use crate::common::plots;
 
 /// Options of a study of one integrator.
 const FEW: [&str; 6] =
@@ -40,8 +41,8 @@ fn stabilisations_are_varied_against_references_ten_times_apart_in_them() {
     let page = fs::read_to_string(root.join("accuracy.md")).unwrap();
     assert!(page.contains("reference uncertainty: species"), "{page}");
     for plot in ["work-precision", "stabilisation"] {
-        let svg = fs::read_to_string(root.join(format!("plot-{plot}.svg"))).unwrap();
-        assert!(svg.contains("rtol 1e-3, stabilisation varied"), "{plot}");
+        let names = plots(&root)[plot]["names"].to_string();
+        assert!(names.contains("rtol 1e-3, stabilisation varied"), "{plot}: {names}");
     }
 }
 

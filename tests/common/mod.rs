@@ -133,3 +133,11 @@ pub fn icosphere(levels: usize, radius: f64) -> Sheet {
     }
     Sheet::new(x.into_iter().map(|p| radius * p).collect(), triangles).unwrap()
 }
+
+/// Plots of a study, as its viewer reads them, by their names.
+pub fn plots(root: &std::path::Path) -> std::collections::BTreeMap<String, serde_json::Value> {
+    let text = std::fs::read_to_string(root.join("plots.json")).unwrap();
+    let blocks: Vec<serde_json::Value> = serde_json::from_str(&text).unwrap();
+    let plots = blocks.into_iter().map(|mut block| block["plot"].take()).filter(|p| p.is_object());
+    plots.map(|plot| (plot["name"].as_str().unwrap().to_owned(), plot["figure"].clone())).collect()
+}

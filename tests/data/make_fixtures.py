@@ -69,6 +69,9 @@ write(U(), "big-endian.vtu", u, SetDataModeToBinary=None, SetByteOrderToBigEndia
 write(P(), "appended-base64-zlib.vtp", p)
 write(P(), "ascii.vtp", p, SetDataModeToAscii=None)
 LU, LP = vtk.vtkUnstructuredGridWriter, vtk.vtkPolyDataWriter
+# vtkio reads no field data here.
+for data in (u, p):
+    data.GetFieldData().Initialize()
 write(LU(), "legacy-42-ascii.vtk", u, SetFileVersion=42)
 write(LP(), "legacy-42-binary.vtk", p, SetFileVersion=42, SetFileTypeToBinary=None)
 write(LP(), "legacy-51-ascii.vtk", p, SetFileVersion=51)

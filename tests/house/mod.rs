@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use paths::{Use, uses};
 
 /// Every room with those that it may know. No room knows one further up.
-const PLAN: [(&str, &[&str]); 20] = [
+const PLAN: [(&str, &[&str]); 19] = [
     ("cli", &["view", "study", "run", "ranks", "scene", "output", "solve", "kinetics", "sheet"]),
     ("view", &["study", "run", "output", "sheet"]),
     ("study", &["run", "scene", "output", "solve", "model", "kinetics", "geometry", "sheet"]),
@@ -29,11 +29,10 @@ const PLAN: [(&str, &[&str]); 20] = [
     ("effects", &["registry", "kinetics", "geometry", "sheet"]),
     ("registry", &["document"]),
     ("document", &[]),
-    ("output", &["vtkhdf"]),
+    ("output", &[]),
     ("kinetics", &[]),
     ("geometry", &["sheet"]),
-    ("sheet", &["vtkhdf"]),
-    ("vtkhdf", &[]),
+    ("sheet", &[]),
     ("numerics", &[]),
 ];
 

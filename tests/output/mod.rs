@@ -4,11 +4,9 @@ mod comparison;
 mod directory;
 mod interrupt;
 mod ledger;
-mod picture;
 mod progress;
 mod provenance;
 mod series;
-mod vtk;
 mod vtu;
 
 use std::path::Path;

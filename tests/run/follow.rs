@@ -6,6 +6,7 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use super::program::{folder, rumple, text};
+use crate::common::plots;
 use crate::plugins::build;
 
 /// A shallow arch with pinned ends.
@@ -103,9 +104,8 @@ fn an_arch_is_followed_through_both_folds() {
     // A frame a row, a diagram, a page.
     let pvd = fs::read_to_string(root.join("sheet.pvd")).unwrap();
     assert_eq!(pvd.matches("<DataSet").count(), rows.len());
-    assert!(fs::read(root.join("branch.png")).unwrap().starts_with(b"\x89PNG"));
-    let svg = fs::read_to_string(root.join("branch.svg")).unwrap();
-    assert!(svg.contains("unstable") && svg.contains("fold") && !svg.contains("bifurcation"));
+    let names = plots(&root)["branch"]["names"].to_string();
+    assert!(names.contains("unstable") && names.contains("fold") && !names.contains("bifurcation"));
     assert!(root.join("report.html").is_file() && root.join("provenance.json").is_file());
     let status = fs::read_to_string(root.join("status.json")).unwrap();
     let status: serde_json::Value = serde_json::from_str(&status).unwrap();
@@ -190,8 +190,8 @@ fn a_column_is_left_for_the_bent_one() {
         ["1", "2"].map(|branch| number(of(branch)[5], "amplitude of the critical mode"));
     assert!(amplitudes[0] > 0.0 && amplitudes[1] < 0.0, "{amplitudes:?}");
     assert!(straight.iter().all(|row| number(row, "amplitude of the critical mode").abs() < 1e-6));
-    let svg = fs::read_to_string(folder.path().join("bent/branch.svg")).unwrap();
-    assert!(svg.contains("stable (solid)") && svg.contains("unstable (dashed)"));
+    let names = plots(&folder.path().join("bent"))["branch"]["names"].to_string();
+    assert!(names.contains("stable (solid)") && names.contains("unstable (dashed)"));
 }
 
 /// The time of a ramp in place of the load: the same branch.
@@ -286,7 +286,7 @@ fn a_bistable_law_is_followed_along_its_parameter() {
         let grows = f64::from(u8::from((up + 1..back).contains(&k)));
         assert_eq!(number(row, "negative eigenvalues"), grows, "{k}");
     }
-    assert!(fs::read_to_string(root.join("branch.svg")).unwrap().contains("mean c"));
+    assert!(plots(&root)["branch"]["panels"][0]["title"].as_str().unwrap().contains("mean c"));
     // No rate reads it.
     let more = ["--along", "time.until", "--to", "2", "-o", "no"];
     let out = rumple(folder.path(), &[&["follow", "scene.toml"], &more[..]].concat());
@@ -321,6 +321,6 @@ fn an_interrupted_branch_is_whole() {
     let rows = table(&root);
     let pvd = fs::read_to_string(root.join("sheet.pvd")).unwrap();
     assert_eq!(pvd.matches("<DataSet").count(), rows.len());
-    assert!(root.join("branch.png").is_file());
+    assert!(root.join("plots.json").is_file());
     assert!(fs::read_to_string(root.join("status.json")).unwrap().contains("\"interrupted\""));
 }

@@ -13,7 +13,6 @@ mod follow;
 mod inspect;
 mod invariants;
 mod notes;
-mod old_format;
 mod outputs;
 mod over_ranks;
 mod paraview;
@@ -22,7 +21,6 @@ mod rest_shapes;
 pub mod resumed;
 mod self_intersection;
 mod stability;
-mod vtkhdf;
 mod work;
 
 use std::path::PathBuf;

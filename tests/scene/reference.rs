@@ -186,11 +186,7 @@ const TABLES: [(&str, &str, &[&str]); 33] = [
     (
         "output",
         "`[output]`",
-        &[
-            "output = { impossible = 0 }",
-            "output = { format = \"impossible\" }",
-            "output = { compression = \"impossible\" }",
-        ],
+        &["output = { impossible = 0 }", "output = { compression = \"impossible\" }"],
     ),
     ("output", "`[checkpoint]`", &["checkpoint = { impossible = 0 }"]),
 ];

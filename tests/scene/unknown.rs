@@ -3,6 +3,18 @@
 use super::errors::wrong;
 use super::{SCENE, position, refused};
 
+/// `"vtu"` is what resolved scenes of earlier versions say.
+#[test]
+fn the_format_of_frames_is_gone() {
+    let with =
+        |name: &str| SCENE.replacen("[output]", &format!("[output]\nformat = \"{name}\""), 1);
+    assert!(rumple::scene::Scene::parse(&with("vtu"), "s.toml", &[]).is_ok());
+    for name in ["vtk", "vtkhdf", "png"] {
+        let error = refused(&with(name), &[]);
+        assert!(error.to_string().contains("frames are `.vtu`"), "{error}");
+    }
+}
+
 #[test]
 fn unknown_keys_show_the_allowed_ones_and_the_nearest() {
     wrong(

@@ -3,17 +3,16 @@
 
     check_vtk.py DIR [--digest] [--allow-nan]
 
-DIR holds one .pvd or one .vtk.series and the frames it lists. Checked: every frame is read without a complaint; the
+DIR holds one .pvd and the frames it lists. Checked: every frame is read without a complaint; the
 time in the index, the field array TimeValue and the time step that VTK reports are one number to
 the last bit, and times ascend; all cells are triangles on points that exist; points are doubles;
 all frames have the same numbers of points and cells and the same arrays; nothing is NaN or
-infinite. Every .vtk frame has time 0 for VTK. --digest prints the SHA-256 of the little-endian bytes of every array as VTK holds them.
+infinite. --digest prints the SHA-256 of the little-endian bytes of every array as VTK holds them.
 Exit status: 0 right, 1 wrong, 2 not a result directory.
 """
 
 import argparse
 import hashlib
-import json
 import pathlib
 import struct
 import sys
@@ -24,7 +23,6 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkVersion
 from vtkmodules.vtkCommonDataModel import VTK_TRIANGLE
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
-from vtkmodules.vtkIOLegacy import vtkUnstructuredGridReader
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
 
@@ -43,8 +41,7 @@ class Checker:
         self.complaints.append(f"{where}: {what}")
 
     def read(self, path):
-        old = path.suffix == ".vtk"
-        reader = vtkUnstructuredGridReader() if old else vtkXMLUnstructuredGridReader()
+        reader = vtkXMLUnstructuredGridReader()
         events = []
         for event in ("ErrorEvent", "WarningEvent"):
             reader.AddObserver(event, lambda _caller, name: events.append(name))
@@ -96,8 +93,7 @@ class Checker:
                 print("time", bits(value.GetValue(0))[::-1].hex(), sep="\t")
             if bits(value.GetValue(0)) != bits(time):
                 self.complain(frame, f"TimeValue {value.GetValue(0)!r}, index says {time!r}")
-        expected = [bits(0.0) if path.suffix == ".vtk" else bits(time)]
-        if [bits(step) for step in steps] != expected:
+        if [bits(step) for step in steps] != [bits(time)]:
             self.complain(frame, f"VTK reports the times {steps}, index says {time!r}")
         self.array(frame, "points", "points", vtk_to_numpy(grid.GetPoints().GetData()))
         names = []
@@ -130,11 +126,9 @@ class Checker:
 
 
 def listed_in(index):
-    """Times and names of the frames in a .pvd or .vtk.series."""
-    if index.suffix == ".pvd":
-        found = ElementTree.parse(index).getroot().iter("DataSet")
-        return [(float(entry.get("timestep")), entry.get("file")) for entry in found]
-    return [(float(entry["time"]), entry["name"]) for entry in json.loads(index.read_text())["files"]]
+    """Times and names of the frames in a .pvd."""
+    found = ElementTree.parse(index).getroot().iter("DataSet")
+    return [(float(entry.get("timestep")), entry.get("file")) for entry in found]
 
 
 def main():
@@ -143,7 +137,7 @@ def main():
     parser.add_argument("--digest", action="store_true", help="print a hash of every array")
     parser.add_argument("--allow-nan", action="store_true", help="values may be NaN or infinite")
     options = parser.parse_args()
-    indices = [path for end in ("pvd", "vtk.series") for path in options.directory.glob(f"*.{end}")]
+    indices = list(options.directory.glob("*.pvd"))
     if len(indices) != 1:
         print(f"{options.directory}: expected one index, found {len(indices)}", file=sys.stderr)
         return 2
@@ -160,7 +154,7 @@ def main():
         else:
             checker.complain(path.name, "is listed but missing")
     listed = {path.resolve() for _, path in entries}
-    for path in sorted(options.directory.rglob("*.vt[uk]")) + sorted(options.directory.rglob(".*.part")):
+    for path in sorted(options.directory.rglob("*.vtu")) + sorted(options.directory.rglob(".*.part")):
         if path.resolve() not in listed:
             checker.complain(path.name, "is there but not listed")
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Prints the SHA-256 of the points and triangles of a mesh file (.vtu, .vtp, .vtk) as VTK reads it.
+"""Prints the SHA-256 of the points and triangles of a mesh file (.vtu, .vtp) as VTK reads it.
 
 Points are little-endian doubles, vertex numbers 64-bit integers. Exit status 1 if VTK complains or
 finds anything but triangles.
@@ -10,14 +10,11 @@ import sys
 
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import VTK_TRIANGLE
-from vtkmodules.vtkIOLegacy import vtkDataSetReader
 from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
 
 path = sys.argv[1]
 ending = path.rsplit(".", 1)[1]
-reader = {"vtk": vtkDataSetReader, "vtp": vtkXMLPolyDataReader, "vtu": vtkXMLUnstructuredGridReader}[
-    ending
-]()
+reader = {"vtp": vtkXMLPolyDataReader, "vtu": vtkXMLUnstructuredGridReader}[ending]()
 complaints = []
 for event in ("ErrorEvent", "WarningEvent"):
     reader.AddObserver(event, lambda _caller, name: complaints.append(name))

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Seconds until VTK shows the last frame of a series, from the opening of the file.
 
-    last_frame.py FILE.pvd|FILE.vtkhdf
+    last_frame.py FILE.pvd
 
 Reads the times, then the last frame, and draws its surface off the screen. Run it under xvfb-run where there is none; the
 first run of a file may also measure the disk.
@@ -14,9 +14,7 @@ import xml.etree.ElementTree as ElementTree
 
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401
 from vtkmodules.vtkCommonCore import vtkVersion
-from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
-from vtkmodules.vtkIOHDF import vtkHDFReader
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer, vtkRenderWindow
 
@@ -24,21 +22,10 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
 def main():
     path = pathlib.Path(sys.argv[1])
     start = time.perf_counter()
-    if path.suffix == ".pvd":
-        entries = list(ElementTree.parse(path).getroot().iter("DataSet"))
-        count, last = len(entries), float(entries[-1].get("timestep"))
-        reader = vtkXMLUnstructuredGridReader()
-        reader.SetFileName(str(path.parent / entries[-1].get("file")))
-        reader.Update()
-    else:
-        reader = vtkHDFReader()
-        reader.SetFileName(str(path))
-        reader.UpdateInformation()
-        key = vtkStreamingDemandDrivenPipeline.TIME_STEPS()
-        information = reader.GetOutputInformation(0)
-        count = information.Length(key)
-        last = information.Get(key, count - 1)
-        reader.UpdateTimeStep(last)
+    entries = list(ElementTree.parse(path).getroot().iter("DataSet"))
+    reader = vtkXMLUnstructuredGridReader()
+    reader.SetFileName(str(path.parent / entries[-1].get("file")))
+    reader.Update()
     read = time.perf_counter()
     surface = vtkGeometryFilter()
     surface.SetInputData(reader.GetOutput())
@@ -55,7 +42,7 @@ def main():
     window.Render()
     shown = time.perf_counter()
     version = vtkVersion().GetVTKVersion()
-    print(f"VTK {version}: {count} frames, t = {last:g}, read in {read - start:.3f} s, shown in {shown - start:.3f} s")
+    print(f"VTK {version}: {len(entries)} frames, t = {entries[-1].get('timestep')}, read in {read - start:.3f} s, shown in {shown - start:.3f} s")
 
 
 main()

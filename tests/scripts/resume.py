@@ -147,7 +147,7 @@ def compare(whole, other, what):
     """The files in which two runs differ."""
     wrong = []
     names = lambda d: sorted(p.relative_to(d) for p in d.rglob("*")
-                             if p.suffix in (".vtu", ".vtk", ".pvd", ".series") or p.name == "events.csv")
+                             if p.suffix in (".vtu", ".pvd") or p.name == "events.csv")
     if names(whole) != names(other):
         wrong.append(f"files {set(names(whole)) ^ set(names(other))}")
     for name in names(whole):

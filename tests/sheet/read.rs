@@ -146,6 +146,25 @@ fn faults_of_obj_files_are_reported_with_the_line() {
     late(format!("{corners}v nan 0 0\nf 1 2 5\nf 2 3 4\n"), &["not a finite", "vertex 4 (line 5)"]);
 }
 
+/// Bits and text, which no scene asks for.
+#[test]
+fn arrays_that_are_not_of_numbers_are_noted() {
+    let good = std::fs::read_to_string(data("ascii.vtu")).unwrap();
+    for (element, kind) in [("DataArray", "Bit"), ("Array", "String")] {
+        let array = format!(
+            "<{element} type=\"{kind}\" Name=\"flags\" format=\"ascii\">1 0 1 0 1 0 1</{element}>"
+        );
+        for place in ["<PointData", "<CellData"] {
+            let start = good.find(place).unwrap();
+            let at = start + good[start..].find('>').unwrap() + 1;
+            let text = [&good[..at], &array, &good[at..]].concat();
+            let surface = parsed(text.as_bytes(), "vtu").unwrap();
+            assert_eq!(surface.point_arrays.len() + surface.cell_arrays.len(), 3);
+            assert_eq!(surface.notes, [format!("the array \"flags\" of type {kind} was ignored")]);
+        }
+    }
+}
+
 #[test]
 fn faults_of_vtu_files_are_reported_with_their_place() {
     let good = std::fs::read_to_string(data("ascii.vtu")).unwrap();

@@ -4,7 +4,7 @@ mod axis;
 mod errors;
 mod measures;
 mod memory;
-mod pictures;
+mod plots;
 mod resumed;
 mod running;
 mod slurm;

@@ -79,7 +79,7 @@ fn a_sweep_that_was_killed_goes_on_with_the_members_that_are_left() {
     let half = rows(&table);
     assert_eq!(statuses(&half)[..2], ["complete", "interrupted"]);
     assert_eq!(statuses(&half)[2..], ["not begun"; 3]);
-    assert!(folder.path().join("out/pictures.png").is_file());
+    assert!(folder.path().join("out/plots.json").is_file());
 
     // Another scene is refused, and says where.
     let scene = folder.path().join("scene.toml");

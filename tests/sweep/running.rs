@@ -3,6 +3,7 @@
 use std::fs;
 
 use super::{GROWING, folder, number, rows, rumple, statuses, text};
+use crate::common::plots;
 
 #[test]
 fn every_member_is_the_run_with_its_overrides() {
@@ -53,9 +54,7 @@ fn every_member_is_the_run_with_its_overrides() {
     assert_eq!(page.lines().filter(|line| line.starts_with("| 0.")).count(), 4, "{page}");
     let printed = rumple(folder.path(), &["sweep", "collect", "out"]);
     assert!(text(&printed.stdout).contains(page.trim_end()), "{page}");
-    for plot in ["plot-thickness.svg", "plot-a.png", "pictures.png"] {
-        assert!(root.join(plot).is_file(), "{plot}");
-    }
+    assert_eq!(plots(&root).into_keys().collect::<Vec<_>>(), ["a", "thickness"]);
 }
 
 #[test]
@@ -76,8 +75,8 @@ fn failed_members_keep_their_place_and_the_exit_code_says_so() {
     assert!(!table[1]["reason"].is_empty() && table[0]["reason"].is_empty(), "{table:?}");
     let page = fs::read_to_string(root.join("sweep.md")).unwrap();
     assert!(page.contains("| -1") && page.contains("* a = -1: failed: "), "{page}");
-    let svg = fs::read_to_string(root.join("plot-a.svg")).unwrap();
-    assert!(svg.contains("× failed"), "the axis explains the crosses");
+    let across = &plots(&root)["a"]["panels"][0]["across"];
+    assert!(across.as_str().unwrap().contains("× failed"), "the axis explains the crosses");
     // It is not run again unless asked for; the others never.
     let started = |number: usize| {
         let path = root.join("members").join(&table[number]["member"]).join("status.json");
@@ -114,7 +113,7 @@ fn two_coefficients_in_a_table_say_of_which_species() {
         told.contains("coefficient of diffusion of c = 0.5, coefficient of diffusion of b = 2")
     );
     assert!(told.contains("running 2 members, at most "), "{told}");
-    assert!(said.contains("2 members: 2 complete; tables, plots and pictures are in "), "{said}");
+    assert!(said.contains("2 members: 2 complete; tables and plots are in "), "{said}");
     let table = rows(&folder.path().join("out/sweep.csv"));
     assert_eq!(table[1]["effect[3].coefficient"], "1");
 }
@@ -154,7 +153,7 @@ fn seeds_change_everything_random_and_nothing_else() {
     let energies: Vec<f64> = table.iter().map(|row| number(row, "energy [energy]")).collect();
     assert!(energies[0] != energies[1] && energies[1] != energies[2], "{energies:?}");
     // Seeds are the only key here, and so it is drawn.
-    assert!(root.join("plot-seed.svg").is_file());
+    assert!(plots(&root).contains_key("seed"));
 }
 
 #[test]

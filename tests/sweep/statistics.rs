@@ -5,7 +5,7 @@ use std::fs;
 use rumple::study::gather::{MemberResults, MemberStatus, Statistics};
 use rumple::study::sweep::{markdown, statistics_csv};
 
-use super::pictures::{complete, plan, without};
+use super::plots::{complete, plan, without};
 use super::{GROWING, folder, number, rows, rumple, statuses, text};
 
 #[test]

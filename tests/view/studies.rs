@@ -1,4 +1,4 @@
-//! Pages of sweeps and comparisons, of runs without frames, of legacy frames, of resumed and failed runs.
+//! Pages of sweeps and comparisons, of runs without frames, of resumed and failed runs.
 
 use std::fs;
 
@@ -25,6 +25,16 @@ fn a_sweep_is_a_grid_of_its_members() {
     let meshes: Vec<&Value> = members.iter().map(|m| &m["sheet"]["triangles"]).collect();
     assert!(meshes.iter().all(|mesh| *mesh == meshes[0]), "{meshes:?}");
     assert!(page.html.contains("3 members; 18 of 18 frames of 3 runs"));
+    // Its table and its plots, as the sweep wrote them.
+    let study = page.about["study"].as_array().unwrap();
+    assert_eq!(study[0]["table"].as_array().unwrap().len(), 4);
+    assert_eq!(study[1]["plot"]["name"], "thickness");
+    let plots = folder.join("sweep/plots.json");
+    let whole = fs::read_to_string(&plots).unwrap();
+    fs::write(&plots, &whole[..whole.len() / 2]).unwrap();
+    let out = rumple(folder, &["view", "sweep", "-o", "grid.html", "--force"]);
+    assert!(text(&out.stderr).contains("plots.json: is not what a study writes"));
+    fs::write(&plots, whole).unwrap();
     // A member that is lost is a warning, not an error.
     let lost = folder.join("sweep/members/thickness=1/frames/frame_000000.vtu");
     fs::remove_file(lost).unwrap();
@@ -62,17 +72,6 @@ fn a_run_without_space_has_its_ledger() {
     let page = Read::new(&folder.join("out/report.html"));
     assert_eq!(*page.sheet(), Value::Null);
     assert!(page.about["members"][0]["ledger"]["rows"].as_u64().unwrap() > 1);
-}
-
-#[test]
-fn legacy_frames_are_shown() {
-    let folder = folder(&scene());
-    let folder = folder.path();
-    let set = "output.format=\"vtk\"";
-    done(folder, &["run", "scene.toml", "--out", "out", "--quiet", "--set", set]);
-    let page = Read::new(&folder.join("out/report.html"));
-    assert_eq!(page.numbers(), [0, 1, 2, 3, 4, 5]);
-    assert!(page.sheet()["rest"].is_number());
 }
 
 /// What is not finite is an empty cell of the ledger, which the viewer and the tables of sweeps read.

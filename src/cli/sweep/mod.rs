@@ -38,7 +38,7 @@ earlier sweep in DIR that had another scene is refused. Exit code 1 if members f
 
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
-    /// Gather what there is of a sweep, finished or not: tables, pictures, plots.
+    /// Gather what there is of a sweep, finished or not: tables and plots.
     Collect {
         /// The directory of the sweep.
         directory: PathBuf,
@@ -117,7 +117,10 @@ pub(super) fn run(args: &SweepArgs) -> Result<()> {
     match (&args.command, &args.plan) {
         (Some(Command::Collect { directory, quiet }), _) => {
             let root = super::absolute(directory)?;
-            gathered(&Plan::of(&root)?, &root, *quiet, false).map(|_| ())
+            let plan = Plan::of(&root)?;
+            let told = gathered(&plan, &root, *quiet, false);
+            super::view::write_study_report(&plan, &root);
+            told.map(|_| ())
         }
         (Some(Command::Member { directory, number, leash }), _) => {
             run::member(&super::absolute(directory)?, *number, None, *leash)
@@ -129,11 +132,11 @@ pub(super) fn run(args: &SweepArgs) -> Result<()> {
 /// Gathers everything and says how it stands. Fails if members failed or were killed; with `all` also if some are
 /// not complete.
 fn gathered(plan: &Plan, root: &Path, quiet: bool, all: bool) -> Result<String> {
-    let members = gather(plan, root, true);
+    let members = gather(plan, root);
     sweep::write(plan, &members, root)?;
     if !quiet {
         say!("{}", sweep::markdown(plan, &members).trim_end());
-        say!("{}; tables, plots and pictures are in {}", counts(&members), root.display());
+        say!("{}; tables and plots are in {}", counts(&members), root.display());
     }
     sweep::standing(&members, all)
 }

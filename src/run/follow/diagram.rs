@@ -1,7 +1,7 @@
 //! The diagram of branches: a measure and the energy over the key, stable parts solid and others dashed.
 
 use super::record::Row;
-use crate::output::plot::{Curve, Figure, Mark, Panel};
+use crate::output::plot::{Block, Curve, Figure, Mark, Panel, Plot};
 
 /// Names of the legend; the last one is drawn as a guide, dashed.
 const LEGEND: [&str; 5] = [
@@ -18,7 +18,7 @@ const SINGULARITY: usize = 3;
 const UNSTABLE: usize = 4;
 
 /// The diagram of `rows`; `key` is the title of the parameter, `measure` the title of a measure with its column.
-pub(super) fn figure(rows: &[Row], key: &str, (measure, column): (&str, usize)) -> Figure {
+pub(super) fn blocks(rows: &[Row], key: &str, (measure, column): (&str, usize)) -> [Block; 1] {
     let measured = |row: &Row| row.measures[column];
     let used: Vec<usize> = curves(rows, measured).map(|curve| curve.name).collect();
     // The guide stays, as the last one.
@@ -34,7 +34,7 @@ pub(super) fn figure(rows: &[Row], key: &str, (measure, column): (&str, usize)) 
         curves: curves.map(renamed).collect(),
         ..Panel::default()
     };
-    Figure {
+    let figure = Figure {
         names: shown.iter().map(|name| LEGEND[*name].to_owned()).collect(),
         guides: 1,
         marks: [(FOLD, Mark::Triangle), (BIFURCATION, Mark::Square), (SINGULARITY, Mark::Diamond)]
@@ -45,8 +45,9 @@ pub(super) fn figure(rows: &[Row], key: &str, (measure, column): (&str, usize)) 
             panel(measure, &mut curves(rows, measured)),
             panel("energy [energy]", &mut curves(rows, |row| row.energy)),
         ],
-        columns: 2,
-    }
+    };
+    let caption = format!("Branches of equilibria: {measure} and the energy against {key}.");
+    [Block::Plot(Plot { name: "branch".to_owned(), caption, figure })]
 }
 
 /// Lines and marks of one number of the rows.

@@ -9,7 +9,7 @@ use super::measures::{Directions, Measure};
 use crate::Vec3;
 use crate::kinetics::Location;
 use crate::model::{Memory, Model};
-use crate::output::{Compression, OutputError, ResultDirectory, Series, atomic, vtu};
+use crate::output::{Compression, OutputError, ResultDirectory, Series, atomic, plot, vtu};
 use crate::output::{Field, Frame};
 use crate::run::fields::titled;
 use crate::run::stability::EIGENVALUE_UNIT;
@@ -107,7 +107,7 @@ impl<'a> Record<'a> {
         request: &Request,
         (family, model, load): (&SceneFamily, (&Model, &Unknowns), Option<Vec<Vec3>>),
     ) -> Self {
-        let series = Series::create(directory, output.compression).in_format(output.format);
+        let series = Series::create(directory, output.compression);
         let closed = !family.sheet.boundary().contains(&true);
         let has = |measure: &Measure| match measure {
             Measure::Mode => request.switch > 0,
@@ -278,16 +278,9 @@ impl<'a> Record<'a> {
         }
         let shown = self.shown();
         let column = self.measures.iter().position(|measure| *measure == shown);
-        let figure = diagram::figure(
-            &self.rows,
-            &self.key,
-            (&self.title(shown), column.unwrap_or_default()),
-        );
-        let [svg, png] = self.directory.diagrams();
-        let text = figure.svg()?;
-        atomic::replace(&svg, |writer| writer.write_all(text.as_bytes()))?;
-        let picture = figure.picture()?.png()?;
-        atomic::replace(&png, |writer| writer.write_all(&picture))?;
+        let title = self.title(shown);
+        let blocks = diagram::blocks(&self.rows, &self.key, (&title, column.unwrap_or_default()));
+        plot::write(self.directory.root(), &blocks)?;
         Ok(())
     }
 }

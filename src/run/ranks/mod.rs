@@ -19,7 +19,7 @@ use super::{Error, Result};
 use crate::Vec3;
 use crate::model::State;
 use crate::output::provenance::MeshRecord;
-use crate::output::{Field, Format, Frame};
+use crate::output::{Field, Frame};
 use crate::reduction::Communicator;
 use crate::scene::{Scene, SheetSource};
 use crate::sheet::read::pvtu::{TRIANGLE_NUMBER, VERTEX_NUMBER};
@@ -69,13 +69,6 @@ pub(super) fn check(scene: &Scene) -> Result<()> {
     }
     if scene.invariants.is_some() {
         return refuse("invariants", "invariants are not watched", "leave [invariants] out");
-    }
-    if scene.output.format != Format::Vtu {
-        return refuse(
-            "output.format",
-            "frames are written as pieces of .pvtu",
-            "format = \"vtu\"",
-        );
     }
     Ok(())
 }

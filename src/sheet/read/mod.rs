@@ -1,5 +1,4 @@
-//! Surfaces from files: OBJ, PLY, STL, Gmsh's `.msh`, VTK's XML formats `.vtu`, `.pvtu` and `.vtp`, its old format `.vtk`, and frames
-//! of temporal VTKHDF.
+//! Surfaces from files: OBJ, PLY, STL, Gmsh's `.msh`, VTK's XML formats `.vtu`, `.pvtu` and `.vtp`, and its legacy format `.vtk`.
 //!
 //! The order of vertices and triangles is that of the file; polygons are cut into triangles. Nothing that a file holds makes these
 //! readers panic or allocate much more than the file's own size (decompressed).
@@ -15,7 +14,6 @@ pub mod pvtu;
 mod stl;
 mod stream;
 mod vtk;
-mod vtkhdf;
 mod xml;
 
 use std::borrow::Cow;
@@ -29,20 +27,15 @@ use super::{SheetError, Surface};
 const LARGEST_FILE: u64 = 1 << 33;
 
 /// Extensions of the files that are read, for people.
-pub const EXTENSIONS: &str = ".obj, .ply, .stl, .msh, .vtu, .pvtu, .vtp, .vtk and .vtkhdf";
+pub const EXTENSIONS: &str = ".obj, .ply, .stl, .msh, .vtu, .pvtu, .vtp and .vtk";
 
-/// Reads a surface; the ending of the name ([`EXTENSIONS`]) says in which format. Of a `.vtkhdf` file it is the last frame,
-/// or with `FILE.vtkhdf#K` frame K, from 0.
+/// Reads a surface; the ending of the name ([`EXTENSIONS`]) says in which format.
 ///
 /// # Errors
 /// Files that cannot be opened, are not in the format, are cut short, or hold cells with volume or of higher order;
 /// each with the line, the byte, or the number of the cell.
 pub fn surface(path: impl AsRef<Path>) -> Result<Surface, SheetError> {
     let path = path.as_ref();
-    if let Some((file, frame)) = rumple_vtkhdf::frame_of(path) {
-        return vtkhdf::surface(&file, frame)
-            .map_err(|message| SheetError::File { path: file, message });
-    }
     let wrong = |message: String| SheetError::File { path: path.to_owned(), message };
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_lowercase();
     let parse: fn(&[u8]) -> Result<Surface, String> = match ending.as_str() {
@@ -56,7 +49,8 @@ pub fn surface(path: impl AsRef<Path>) -> Result<Surface, SheetError> {
         "vtk" => legacy::parse,
         _ => {
             return Err(wrong(format!(
-                "unknown extension \"{ending}\" of a mesh file; {EXTENSIONS} are read"
+                "unknown extension \"{ending}\" of a mesh file; {EXTENSIONS} are read, and \
+                 ParaView and meshio convert others"
             )));
         }
     };
@@ -88,19 +82,12 @@ fn plain(bytes: &[u8]) -> Cow<'_, [u8]> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let head = &bytes[..bytes.len().min(4096)];
     let feeds = head.contains(&b'\n') || !head.contains(&b'\r');
-    if feeds || bytes.iter().any(|byte| [b'\n', 0].contains(byte)) {
+    let binary =
+        bytes.starts_with(b"ply") && head.windows(14).any(|words| words == b"\rformat binary");
+    if feeds || binary || bytes.iter().any(|byte| [b'\n', 0].contains(byte)) {
         return bytes.into();
     }
     bytes.iter().map(|byte| if *byte == b'\r' { b'\n' } else { *byte }).collect()
-}
-
-/// Times of the frames of a `.vtkhdf` file.
-///
-/// # Errors
-/// As for [`surface`].
-pub fn frame_times(path: impl AsRef<Path>) -> Result<Vec<f64>, SheetError> {
-    let path = path.as_ref();
-    vtkhdf::times(path).map_err(|message| SheetError::File { path: path.to_owned(), message })
 }
 
 /// Bytes at both ends of a file that are inspected before the rest of it is read.

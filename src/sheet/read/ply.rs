@@ -32,6 +32,9 @@ struct Element<'a> {
 /// Reads the bytes of a file.
 pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
     let mut stream = Stream::new(bytes);
+    if bytes.starts_with(b"ply\r") && !bytes.starts_with(b"ply\r\n") {
+        stream.line_end = b'\r';
+    }
     let (coding, elements) = head(&mut stream)?;
     stream.coding = coding;
     let mut surface = Surface::default();

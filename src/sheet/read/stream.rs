@@ -34,12 +34,14 @@ pub(super) struct Stream<'a> {
     /// Whether a line that was read ended at `at`: faults found later in it are its own.
     pending: bool,
     pub(super) coding: Coding,
+    /// What ends a line.
+    pub(super) line_end: u8,
 }
 
 impl<'a> Stream<'a> {
     /// Of text, until [`coding`](Self::coding) is set.
     pub(super) fn new(bytes: &'a [u8]) -> Self {
-        Self { bytes, at: 0, ended: 0, pending: false, coding: Coding::Text }
+        Self { bytes, at: 0, ended: 0, pending: false, coding: Coding::Text, line_end: b'\n' }
     }
 
     /// Number of the line, from 1.
@@ -65,7 +67,7 @@ impl<'a> Stream<'a> {
     pub(super) fn line(&mut self) -> Option<&'a [u8]> {
         self.ended += usize::from(std::mem::take(&mut self.pending));
         let rest = self.bytes.get(self.at..).filter(|rest| !rest.is_empty())?;
-        let end = rest.iter().position(|&b| b == b'\n');
+        let end = rest.iter().position(|&b| b == self.line_end);
         self.at += end.map_or(rest.len(), |end| end + 1);
         self.pending = end.is_some();
         Some(rest[..end.unwrap_or(rest.len())].trim_ascii())

@@ -47,8 +47,8 @@ pub(super) fn parse(bytes: &[u8], kind: Kind) -> Result<Surface, String> {
         Kind::UnstructuredGrid => file.cells()?,
         Kind::PolyData => file.polygons()?,
     };
-    surface.point_arrays = file.attributes("PointData", points)?;
-    let on_cells = file.attributes("CellData", cells.len())?;
+    surface.point_arrays = file.attributes("PointData", points, &mut surface.notes)?;
+    let on_cells = file.attributes("CellData", cells.len(), &mut surface.notes)?;
     cells.finish(&mut surface, on_cells)?;
     surface.time = file.time()?;
     Ok(surface)
@@ -118,7 +118,7 @@ impl<'a> Parts<'a> {
                 return Err(format!("line {}: <{name}> instead of <VTKFile>", tag.line));
             }
             "Piece" => self.pieces.push(tag.clone()),
-            "DataArray" => {
+            "DataArray" | "Array" => {
                 let section = open.last().copied().unwrap_or_default();
                 self.arrays.push(Raw { section, tag: tag.clone(), text: &[] });
             }
@@ -282,20 +282,25 @@ impl File<'_> {
         Ok(model::reals(values).first().copied())
     }
 
-    /// The arrays of a section, in the file's order.
-    fn attributes(&self, section: &str, tuples: usize) -> Result<Vec<Array>, String> {
-        self.arrays
-            .iter()
-            .filter(|a| a.section == section)
-            .enumerate()
-            .map(|(i, raw)| {
-                let (components, values) = self.decode(raw, tuples)?;
-                let name = raw
-                    .tag
-                    .get("Name")
-                    .map_or_else(|| format!("array {}", index(i)), str::to_owned);
-                Ok(Array { name, components, values: model::reals(values) })
-            })
-            .collect()
+    /// The arrays of a section, in the file's order; those that are not of numbers, as bits and text, are noted.
+    fn attributes(
+        &self,
+        section: &str,
+        tuples: usize,
+        notes: &mut Vec<String>,
+    ) -> Result<Vec<Array>, String> {
+        let mut arrays = Vec::new();
+        for (i, raw) in self.arrays.iter().filter(|a| a.section == section).enumerate() {
+            let name =
+                raw.tag.get("Name").map_or_else(|| format!("array {}", index(i)), str::to_owned);
+            let kind = raw.tag.get("type").unwrap_or_default();
+            if ["Bit", "String"].contains(&kind) {
+                notes.push(format!("the array \"{name}\" of type {kind} was ignored"));
+                continue;
+            }
+            let (components, values) = self.decode(raw, tuples)?;
+            arrays.push(Array { name, components, values: model::reals(values) });
+        }
+        Ok(arrays)
     }
 }

@@ -236,7 +236,7 @@ fn case(study: &Study, plan: &Plan, root: &Path, at: &[usize]) -> Case {
                 case.add(point, &states);
             }
             Role::Seed { like: of, .. } => {
-                let found = read(plan, root, number, false);
+                let found = read(plan, root, number);
                 if found.status == MemberStatus::Complete {
                     case.seeds += 1;
                     courses.extend((Some(*of) == like).then_some(found.measures));

@@ -4,8 +4,8 @@
 //! DIR/sweep.json, members/    a sweep whose first key is which run it is: every other key makes a case
 //! DIR/accuracy.json           what every run is for
 //! DIR/accuracy.csv            every run: errors of every quantity, time, work
-//! DIR/accuracy.md, .html      the report: advice, tables, plots
-//! DIR/*.svg, *.png            the plots
+//! DIR/accuracy.md             the report: advice and tables
+//! DIR/plots.json              the same with plots, for the viewer
 //! ```
 //!
 //! A [`Study`] plans the runs. Two of every case are references by different methods, a hundred times
@@ -15,7 +15,6 @@
 
 mod advice;
 mod errors;
-mod page;
 mod peers;
 mod plan;
 mod plots;
@@ -38,10 +37,11 @@ use self::advice::Scientific;
 use self::errors::{Case, Point};
 use self::peers::PeerRecord;
 use self::policies::Policies;
+use super::draw::table;
 use super::gather::{MemberResults, MemberStatus, counts, status};
 use super::plan::Plan;
-use super::sweep::PLOT;
-use super::{draw, read_document, write_document, write_files};
+use super::{read_document, write_document, write_files};
+use crate::output::plot;
 use crate::run::{Error, Result};
 
 /// Plan of a work-precision study: integrators, the role of every run, target error.
@@ -114,8 +114,7 @@ impl Study {
     /// Name of its file.
     pub const FILE: &'static str = "accuracy.json";
     /// Every file that it writes, but for plots.
-    pub const FILES: [&'static str; 4] =
-        [Self::FILE, "accuracy.csv", "accuracy.md", "accuracy.html"];
+    pub const FILES: [&'static str; 3] = [Self::FILE, "accuracy.csv", "accuracy.md"];
 
     /// Reads that in `root` with its members; none where there is none.
     ///
@@ -287,26 +286,19 @@ impl Gathered<'_> {
         report::csv(&self.study, &self.cases)
     }
 
-    /// Draws the plots, and writes them, the table and the reports into `root`.
+    /// Writes the table and the report with its plots into `root`.
     ///
     /// # Errors
-    /// A plot that cannot be drawn, a file that cannot be written.
+    /// A file that cannot be written.
     pub fn write(&self, root: &Path) -> Result<()> {
         let Self { study, plan, cases, policies, advice, open, .. } = self;
-        let [_, csv, md, html] = Study::FILES.map(str::to_owned);
-        let mut files = vec![(csv, self.csv().into_bytes())];
-        let mut drawings = plots::figures(study, plan, cases, policies);
-        for drawing in &mut drawings {
-            drawing.name = format!("{PLOT}{}", drawing.name);
-            let drawn = draw::svg_and_png(&drawing.name, &drawing.figure)?;
-            drawing.svg = String::from_utf8_lossy(&drawn[0].1).into_owned();
-            files.extend(drawn);
-        }
+        let [_, csv, md] = Study::FILES.map(str::to_owned);
+        let drawings = plots::figures(study, plan, cases, policies);
         let blocks =
             report::blocks(study, plan, (cases, policies), (open.as_deref(), advice), drawings);
-        files.push((md, page::markdown(&blocks).into_bytes()));
-        files.push((html, page::html(&blocks).into_bytes()));
-        write_files(root, files)
+        plot::write(root, &blocks)?;
+        let text = table::markdown(&blocks);
+        write_files(root, vec![(csv, self.csv().into_bytes()), (md, text.into_bytes())])
     }
 }
 

@@ -2,11 +2,10 @@
 
 use super::advice::{Scientific, percent, subject};
 use super::errors::{Case, Point};
-use super::page::Drawing;
 use super::policies::Policies;
 use super::{Quantity, Study};
 use crate::num::real;
-use crate::output::plot::{Curve, Figure, Panel};
+use crate::output::plot::{Curve, Figure, Panel, Plot};
 use crate::study::draw::plot::StudyPlot;
 use crate::study::extent;
 use crate::study::gather::Distance;
@@ -70,17 +69,17 @@ const OF_CASE: [CasePlot; 6] = [
     ),
 ];
 
-/// Every plot that has something to show.
+/// Every plot that has something to show, with the number of its case if it is of one.
 pub(super) fn figures(
     study: &Study,
     plan: &Plan,
     cases: &[Case],
     policies: &Policies,
-) -> Vec<Drawing> {
+) -> Vec<(Option<usize>, Plot)> {
     let mut all = Vec::new();
     let mut add = |case, name, caption, figure: Figure| {
         if !figure.panels.is_empty() {
-            all.push(Drawing { case, name, caption, figure, svg: String::new() });
+            all.push((case, Plot { name, caption, figure }));
         }
     };
     for (number, case) in cases.iter().enumerate() {
@@ -111,10 +110,10 @@ fn file_name(name: &str) -> String {
 }
 
 /// Panels of a study with a curve for every integrator, and lines to compare with.
-fn figure(study: &Study, guides: &[&str], panels: Vec<Panel>, columns: usize) -> Figure {
+fn figure(study: &Study, guides: &[&str], panels: Vec<Panel>) -> Figure {
     let curves = study.curves.iter().map(|line| line.name.as_str());
     let names = curves.chain(guides.iter().copied()).map(str::to_owned).collect();
-    Figure { names, guides: guides.len(), marks: Vec::new(), panels, columns }
+    Figure { names, guides: guides.len(), marks: Vec::new(), panels }
 }
 
 /// The name of the line at the error that is wanted.
@@ -225,13 +224,12 @@ fn work_precision(study: &Study, case: &Case) -> Figure {
         costs.iter().filter_map(|cost| against(study, case, quantity, *cost)).collect()
     };
     let panels = Quantity::FIELDS.map(panels);
-    let columns = panels.iter().map(Vec::len).fold(1, usize::max);
-    figure(study, &[UNCERTAINTY_LABEL, &wanted(study)], panels.concat(), columns)
+    figure(study, &[UNCERTAINTY_LABEL, &wanted(study)], panels.concat())
 }
 
 fn measures(study: &Study, case: &Case) -> Figure {
     let panels = Quantity::MEASURES.into_iter().filter_map(|q| against(study, case, q, TIME));
-    figure(study, &[UNCERTAINTY_LABEL, &wanted(study), "spread over seeds"], panels.collect(), 3)
+    figure(study, &[UNCERTAINTY_LABEL, &wanted(study), "spread over seeds"], panels.collect())
 }
 
 fn in_time(study: &Study, case: &Case) -> Figure {
@@ -251,7 +249,7 @@ fn in_time(study: &Study, case: &Case) -> Figure {
         }
         Some(Panel { logarithmic: (false, true), ..panel(error_of(quantity), "time", curves)? })
     };
-    figure(study, &[UNCERTAINTY_LABEL], Quantity::FIELDS.into_iter().filter_map(panel).collect(), 2)
+    figure(study, &[UNCERTAINTY_LABEL], Quantity::FIELDS.into_iter().filter_map(panel).collect())
 }
 
 fn by_tolerance(study: &Study, case: &Case) -> Figure {
@@ -267,7 +265,7 @@ fn by_tolerance(study: &Study, case: &Case) -> Figure {
         errors(quantity, "tolerance", curves).filter(|_| some)
     };
     let panels = Quantity::FIELDS.into_iter().filter_map(panel);
-    figure(study, &["error = tolerance"], panels.collect(), 2)
+    figure(study, &["error = tolerance"], panels.collect())
 }
 
 /// Whether the stabilisation is varied along `curve`.
@@ -287,7 +285,7 @@ fn by_stabilisation(study: &Study, case: &Case) -> Figure {
     };
     let quantities = [Quantity::Species, Quantity::Shape, Quantity::Energy];
     let panels = quantities.into_iter().filter_map(panel).collect();
-    let mut figure = figure(study, &[UNCERTAINTY_LABEL], panels, 3);
+    let mut figure = figure(study, &[UNCERTAINTY_LABEL], panels);
     // The colours are those of the other plots.
     let others = study.curves.iter().zip(&mut figure.names);
     others.filter(|(line, _)| line.branches_off.is_none()).for_each(|(_, name)| name.clear());
@@ -313,7 +311,7 @@ fn by_force_tolerance(study: &Study, case: &Case) -> Figure {
     let panels = Quantity::FIELDS.into_iter().filter_map(panel).collect();
     let name = study.curves.first().map_or("", |c| c.name.as_str());
     let names = tolerances.iter().map(|t| format!("{name}, {}", Scientific(*t))).collect();
-    Figure { names, guides: 0, marks: Vec::new(), panels, columns: 2 }
+    Figure { names, guides: 0, marks: Vec::new(), panels }
 }
 
 /// Measures of the references of all cases against one of the other keys.

@@ -155,7 +155,7 @@ impl Policies {
         };
         let panels = Quantity::FIELDS.iter().enumerate().filter_map(panel).collect();
         let names = all.iter().map(|of| of.name.clone()).chain(["slope 1".to_owned()]);
-        Figure { names: names.collect(), guides: 1, marks: Vec::new(), panels, columns: 2 }
+        Figure { names: names.collect(), guides: 1, marks: Vec::new(), panels }
     }
 
     /// The distances as a table; none where policies are not varied.

@@ -64,7 +64,7 @@ pub(super) struct Candidate {
 
 impl Run {
     pub(super) fn read(plan: &Plan, root: &Path, member: usize) -> Self {
-        let found = read(plan, root, member, false);
+        let found = read(plan, root, member);
         let states = states::read(&plan.directory(root, member).join(ResultDirectory::STATES));
         Self { member, found, states }
     }

@@ -2,11 +2,10 @@
 
 use super::advice::{described, percent, time, two_digits};
 use super::errors::{Case, Point};
-use super::page::{Block, Drawing};
 use super::policies::Policies;
 use super::{IntegratorCurve, Quantity, Study};
 use crate::num::{Short, real};
-use crate::output::plot::label;
+use crate::output::plot::{Block, Plot, label};
 use crate::study::draw::table::{csv_table, number, work_cells, work_titles};
 use crate::study::plan::{Axis, Plan};
 use crate::study::run::Timing;
@@ -46,7 +45,7 @@ pub(super) fn blocks(
     plan: &Plan,
     (cases, policies): (&[Case], &Policies),
     (open, advice): (Option<&str>, &[String]),
-    drawings: Vec<Drawing>,
+    drawings: Vec<(Option<usize>, Plot)>,
 ) -> Vec<Block> {
     let scene = plan.scene.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let mut blocks = vec![Block::Heading(1, format!("What accuracy costs: {scene}"))];
@@ -61,8 +60,8 @@ pub(super) fn blocks(
         }
         blocks.push(Block::Advice(advice.clone()));
         blocks.push(Block::List(known(case)));
-        while let Some(drawing) = drawings.next_if(|d| d.case == Some(number)) {
-            blocks.push(Block::Plot(drawing));
+        while let Some((_, plot)) = drawings.next_if(|(case, _)| *case == Some(number)) {
+            blocks.push(Block::Plot(plot));
         }
         let depth = if case.name.is_empty() { 2 } else { 3 };
         let title = "Errors in units of the tolerance";
@@ -84,7 +83,7 @@ pub(super) fn blocks(
                 of chemistry and shape at the start, and beside that how far those references are from the ones that \
                 confirm them: smaller distances are not known. With a slope of 1 a policy errs by what it leaves out.";
     blocks.extend(policies.table().into_iter().flat_map(|rows| section(2, "Policies", text, rows)));
-    blocks.extend(drawings.map(Block::Plot));
+    blocks.extend(drawings.map(|(_, plot)| Block::Plot(plot)));
     if !study.left_out.is_empty() {
         blocks.push(Block::Heading(2, "Left out".into()));
         blocks.push(Block::List(study.left_out.clone()));

@@ -2,15 +2,16 @@
 
 use std::path::Path;
 
-use super::{Member, Timescales, contact_sheet, csv, figure, member, table};
+use super::{Member, Timescales, csv, figure, member, table};
 use crate::kinetics::PluginSearch;
+use crate::output::plot::{self, Block, Plot};
 use crate::output::{Claim, Interrupt, Progress, ResultDirectory};
 use crate::run::{Error, Result, Simulation, provenance, run};
 use crate::scene::Scene;
 use crate::solve::{Control, SolveError};
 use crate::study::directory::{claim, names, refuse, remove_file, remove_run};
 use crate::study::plan::integrator::{quoted, settings, table_of};
-use crate::study::{draw, write_files};
+use crate::study::write_files;
 
 /// What a comparison is of.
 #[derive(Debug, Clone, Copy)]
@@ -160,7 +161,7 @@ impl Comparison<'_> {
             write(root, &members)?;
         }
         say(table(&members).trim_end());
-        say(&format!("tables of every output time, plots and pictures are in {}", root.display()));
+        say(&format!("tables of every output time and plots are in {}", root.display()));
         finished(members, say)
     }
 }
@@ -195,14 +196,12 @@ fn announce(mut start: Simulation, reports: &Reports<'_>, interrupt: Interrupt) 
     Ok(())
 }
 
-/// Writes numbers, plots and pictures.
+/// Writes numbers and plots.
 fn write(root: &Path, members: &[Member]) -> Result<()> {
-    let mut files = draw::svg_and_png(PLOT_NAME, &figure(members))?.to_vec();
-    files.push((TABLE.to_owned(), csv(members).into_bytes()));
-    if let Some(pictures) = contact_sheet(members)? {
-        files.push((PICTURES.to_owned(), pictures.png()?));
-    }
-    write_files(root, files)
+    let name = "compare".to_owned();
+    let plot = Plot { name, caption: CAPTION.to_owned(), figure: figure(members) };
+    plot::write(root, &[Block::Code(table(members)), Block::Plot(plot)])?;
+    write_files(root, vec![(TABLE.to_owned(), csv(members).into_bytes())])
 }
 
 fn folder(name: &str, number: usize) -> String {
@@ -214,15 +213,17 @@ fn folder(name: &str, number: usize) -> String {
 
 /// Name of the table.
 pub const TABLE: &str = "compare.csv";
-/// Name of the plots, as SVG and as PNG.
-const PLOT_NAME: &str = "compare";
-const PICTURES: &str = "pictures.png";
+/// Caption of the plots.
+const CAPTION: &str = "Distances, measures and costs of all members along time.";
+/// Names of plots and pictures of earlier versions.
+const OLD: [&str; 3] = ["compare.svg", "compare.png", "pictures.png"];
 
 /// The names in `root` of what a comparison writes, members first.
 fn check(root: &Path, force: bool) -> Result<Vec<String>> {
     let report = ResultDirectory::REPORT;
-    let written = [TABLE, "compare.svg", "compare.png", PICTURES, report, Claim::STATUS];
-    let ours = |name: &String| written.contains(&name.as_str()) || is_member(&root.join(name));
+    let written = [TABLE, ResultDirectory::PLOTS, report, Claim::STATUS];
+    let written = |name: &str| written.contains(&name) || OLD.contains(&name);
+    let ours = |name: &String| written(name) || is_member(&root.join(name));
     let ours: Vec<String> = names(root)?.into_iter().filter(ours).collect();
     let Some(first) = ours.first() else { return Ok(ours) };
     if !force {

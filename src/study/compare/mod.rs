@@ -5,12 +5,12 @@
 //! does not depend on which of equal branches was taken (energy, number of regions, separation, amplitude).
 
 mod begin;
-mod pictures;
+mod plots;
 mod table;
 mod timescales;
 
 pub use begin::{Comparison, Planned, Reports, TABLE};
-pub use pictures::{contact_sheet, figure};
+pub use plots::figure;
 use table::{csv, table};
 pub use timescales::Timescales;
 

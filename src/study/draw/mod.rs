@@ -1,18 +1,9 @@
-//! Tables, plots and contact sheets of studies.
+//! Tables and plots of studies.
 
-pub mod contact_sheet;
 pub mod plot;
 pub mod table;
 
 use super::plan::Plan;
-use crate::output::OutputError;
-use crate::output::plot::Figure;
-
-/// The files of a plot: the SVG and the PNG file `name`.
-pub fn svg_and_png(name: &str, figure: &Figure) -> Result<[(String, Vec<u8>); 2], OutputError> {
-    let (svg, png) = (figure.svg()?.into_bytes(), figure.picture()?.png()?);
-    Ok([(format!("{name}.svg"), svg), (format!("{name}.png"), png)])
-}
 
 /// Values of the axes that are kept, for all combinations of them in the order of the members, with their labels.
 fn combinations(plan: &Plan, kept: impl Fn(usize) -> bool + Copy) -> Vec<(Vec<usize>, String)> {

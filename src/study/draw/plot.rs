@@ -6,9 +6,6 @@ use crate::output::plot::{Curve, Figure, Panel};
 use crate::study::gather::Statistics;
 use crate::study::plan::Plan;
 
-/// Panels in a row.
-const PANEL_COLUMNS: usize = 3;
-
 /// Curves against axis number `axis` of a plan: one for every combination of values of the axes that `curve_axes` holds of.
 pub struct StudyPlot<F> {
     axis: usize,
@@ -62,12 +59,6 @@ impl<F: Fn(usize) -> bool + Copy> StudyPlot<F> {
         let name =
             |(_, name): (Vec<usize>, String)| if name.is_empty() { only_name.into() } else { name };
         let names = self.curves.into_iter().map(name).collect();
-        Figure {
-            names,
-            guides: 0,
-            marks: Vec::new(),
-            columns: panels.len().clamp(1, PANEL_COLUMNS),
-            panels,
-        }
+        Figure { names, guides: 0, marks: Vec::new(), panels }
     }
 }

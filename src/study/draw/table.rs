@@ -1,5 +1,6 @@
-//! Rows of cells as text; the first row is the head.
+//! Blocks and rows of cells as text; the first row is the head.
 
+use crate::output::plot::Block;
 use crate::tally::Work;
 
 /// Wider columns (characters) are not padded: text cannot be padded to more than 65535.
@@ -27,6 +28,22 @@ pub fn markdown_table(rows: &[Vec<String>]) -> String {
         }
     }
     text
+}
+
+/// Blocks as Markdown, without the plots.
+pub fn markdown(blocks: &[Block]) -> String {
+    let parts = blocks.iter().filter_map(|block| {
+        Some(match block {
+            Block::Heading(depth, words) => format!("{} {words}\n", "#".repeat(*depth)),
+            Block::Text(words) => format!("{words}\n"),
+            Block::Advice(words) => format!("**{words}**\n"),
+            Block::Code(words) => format!("```text\n{words}```\n"),
+            Block::List(items) => items.iter().map(|item| format!("* {item}\n")).collect(),
+            Block::Table(rows) => markdown_table(rows),
+            Block::Plot(_) => return None,
+        })
+    });
+    parts.collect::<Vec<String>>().join("\n")
 }
 
 /// As comma-separated values.

@@ -19,7 +19,6 @@ use crate::output::ledger::value;
 use crate::output::{Ledger, ResultDirectory, RunStatus, SelfIntersection, Standing};
 use crate::run::Result;
 use crate::run::run::Ending;
-use crate::sheet::read::surface;
 use crate::tally::Work;
 
 /// Status of a member.
@@ -127,8 +126,6 @@ pub struct MemberResults {
     pub timing: Option<Timing>,
     /// Whether its sheet passes through itself in its last state, where its shape moves.
     pub intersection: Option<SelfIntersection>,
-    /// Its last output state, for pictures.
-    pub shown: Option<ShownState>,
 }
 
 impl MemberResults {
@@ -143,25 +140,14 @@ impl MemberResults {
     }
 }
 
-/// The last output state of a member.
-#[derive(Debug, Clone)]
-pub struct ShownState {
-    /// Positions.
-    pub x: Vec<crate::Vec3>,
-    /// Vertices of the triangles.
-    pub triangles: Vec<[u32; 3]>,
-    /// Name and values of the first species at the vertices, if there is one.
-    pub species: Option<(String, Vec<f64>)>,
-}
-
-/// Reads what there is of all members of the study in `root`; what pictures show only with `pictures`.
+/// Reads what there is of all members of the study in `root`.
 #[must_use]
-pub fn gather(plan: &Plan, root: &Path, pictures: bool) -> Vec<MemberResults> {
-    (0..plan.members.len()).map(|number| read(plan, root, number, pictures)).collect()
+pub fn gather(plan: &Plan, root: &Path) -> Vec<MemberResults> {
+    (0..plan.members.len()).map(|number| read(plan, root, number)).collect()
 }
 
-/// Reads what there is of member `number` of the study in `root`, with `picture` what that shows.
-pub(crate) fn read(plan: &Plan, root: &Path, number: usize, picture: bool) -> MemberResults {
+/// Reads what there is of member `number` of the study in `root`.
+pub(crate) fn read(plan: &Plan, root: &Path, number: usize) -> MemberResults {
     let directory = plan.directory(root, number);
     let (status, reason) = status(plan, &directory);
     // The status of a run that continues, or was killed, has no costs.
@@ -177,7 +163,6 @@ pub(crate) fn read(plan: &Plan, root: &Path, number: usize, picture: bool) -> Me
         steady: measures.last().map(|m| m.time).filter(|_| steady),
         measures,
         timing: Timing::read(&directory),
-        shown: if picture { read_shown(&directory) } else { None },
         ..MemberResults::default()
     };
     if let Some(ended) = ended {
@@ -196,21 +181,6 @@ pub fn counts(members: &[MemberResults]) -> String {
     let texts: Vec<String> =
         all.filter(|c| c.0 > 0).map(|(n, name)| format!("{n} {name}")).collect();
     format!("{} members: {}", members.len(), texts.join(", "))
-}
-
-fn read_shown(directory: &Path) -> Option<ShownState> {
-    let surface = surface(directory.join(ResultDirectory::SHOWN)).ok()?;
-    // Of a damaged file nothing is shown.
-    let exists = |vertex: &u32| (*vertex as usize) < surface.points.len();
-    if !surface.triangles.iter().flatten().all(exists) {
-        return None;
-    }
-    let species = surface.point_arrays.into_iter().find(|array| array.components == 1);
-    Some(ShownState {
-        x: surface.points,
-        triangles: surface.triangles,
-        species: species.map(|array| (array.name, array.values)),
-    })
 }
 
 /// Time of the last output of the member in `directory`.

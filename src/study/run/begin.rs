@@ -16,7 +16,7 @@ use crate::study::accuracy::Study;
 use crate::study::directory::{claim, names, refuse, remove_file, remove_run};
 use crate::study::gather::{MemberStatus, counts, gather, status};
 use crate::study::plan::Plan;
-use crate::study::sweep::{PAGE, PICTURES, PLOT, STATISTICS, TABLE, write_tables};
+use crate::study::sweep::{PAGE, STATISTICS, TABLE, write_tables};
 
 /// How members are run.
 #[derive(Debug, Clone, Default)]
@@ -163,7 +163,7 @@ impl Runs<'_> {
         let jobs = self.settings.jobs.unwrap_or(usual);
         let memory = self.settings.memory.or_else(available);
         if !members.is_empty() {
-            let all = gather(plan, root, false);
+            let all = gather(plan, root);
             let count = members.len();
             // Of those that have not begun it says nothing more.
             let standing =
@@ -176,7 +176,7 @@ impl Runs<'_> {
             // The tables of thousands of members take a while.
             if ended && written.elapsed() >= TABLE_INTERVAL_FACTOR * took {
                 let began = Instant::now();
-                let outcome = write_tables(plan, &gather(plan, root, false), root);
+                let outcome = write_tables(plan, &gather(plan, root), root);
                 // The first failure to write is the one to report, when all has ended.
                 broken = broken.take().or(outcome.err());
                 (written, took) = (Instant::now(), began.elapsed());
@@ -243,10 +243,12 @@ fn clear(root: &Path) -> Result<()> {
         let _ = fs::remove_dir(logs);
     }
     let _ = fs::remove_dir(members);
-    let ours = [Plan::FILE, TABLE, STATISTICS, PAGE, PICTURES, slurm::SCRIPT];
-    let ours = [&ours[..], &[ResultDirectory::REPORT], &Study::FILES[..]].concat();
+    let ours = [Plan::FILE, TABLE, STATISTICS, PAGE, ResultDirectory::PLOTS, slurm::SCRIPT];
+    let old = ["pictures.png", "accuracy.html"];
+    let ours = [&ours[..], &old, &[ResultDirectory::REPORT], &Study::FILES[..]].concat();
     for name in names(root)? {
-        let plot = name.starts_with(PLOT) && (name.ends_with(".svg") || name.ends_with(".png"));
+        // Of earlier versions.
+        let plot = name.starts_with("plot-") && (name.ends_with(".svg") || name.ends_with(".png"));
         if plot || ours.contains(&name.as_str()) {
             remove_file(&root.join(name))?;
         }

@@ -27,24 +27,21 @@ use super::plan::Plan;
 use crate::kinetics::PluginSearch;
 use crate::model::Evaluation;
 use crate::num::Short;
-use crate::output::{
-    Claim, Compression, Field, Frame, Interrupt, Ledger, Progress, ResultDirectory, vtu,
-};
+use crate::output::{Claim, Interrupt, Ledger, Progress, ResultDirectory};
 use crate::run::resume::{Resumed, resume};
 use crate::run::run::{self, Ending, Summary};
 use crate::run::{Checkpoint, Error, Observer, Result, Simulation, StepInfo};
 use crate::scene::Scene;
 
 /// Observer that writes what a study keeps of a member at every output time: its state where the study
-/// compares fields, what its picture shows, a row of measures.
-struct Record<'a> {
-    directory: &'a ResultDirectory,
+/// compares fields, a row of measures.
+struct Record {
     level: Option<f64>,
     measures: Ledger,
     states: Option<StateFile>,
 }
 
-impl Observer for Record<'_> {
+impl Observer for Record {
     fn observe(&mut self, at: &mut Evaluation<'_>, info: &StepInfo<'_>) -> Result<()> {
         if !info.frame {
             return Ok(());
@@ -53,39 +50,20 @@ impl Observer for Record<'_> {
             states.append(at.state())?;
         }
         let measures = measure(at, self.level)?;
-        let (model, state) = (at.model(), at.state());
-        if model.sheet().triangle_count() > 0 {
-            let names = model.chemistry().map(|c| c.descriptor().species.first());
-            let name = names.flatten().map(|species| species.name.clone());
-            let values = at.species_at_vertices().into_iter().next();
-            let field = name.zip(values).map(|(name, values)| Field::scalar(name, values));
-            let frame = Frame {
-                time: state.time,
-                step: state.step,
-                points: &state.x,
-                triangles: model.sheet().triangles(),
-                point: field.into_iter().collect(),
-                cell: Vec::new(),
-                field_data: Vec::new(),
-            };
-            let path = self.directory.root().join(ResultDirectory::SHOWN);
-            vtu::write(&path, &frame, Compression::default())?;
-        }
-        // The row is last: with it the picture is there too.
-        Ok(self.measures.append(&measures.row(state.step))?)
+        Ok(self.measures.append(&measures.row(at.state().step))?)
     }
 }
 
-impl<'a> Record<'a> {
+impl Record {
     /// Of a member in `directory`, of whose results those of the times `kept` stay.
-    fn open(plan: &Plan, directory: &'a ResultDirectory, kept: &[f64]) -> Result<Self> {
+    fn open(plan: &Plan, directory: &ResultDirectory, kept: &[f64]) -> Result<Self> {
         let file = |name: &str| directory.root().join(name);
         let states = match plan.states {
             true => Some(StateFile::reopen(&file(ResultDirectory::STATES), kept)?),
             false => None,
         };
         let measures = open_measures(&file(ResultDirectory::MEASURES), kept)?;
-        Ok(Self { directory, level: plan.level, measures, states })
+        Ok(Self { level: plan.level, measures, states })
     }
 }
 

@@ -182,6 +182,7 @@ function start() {
 }
 
 const all = drawn.length > 0 ? choices() : [];
+showStudy();
 showRecord();
 // What is folded away is printed too.
 window.addEventListener("beforeprint", () => document.querySelectorAll("details").forEach(part => { part.open = true; }));

@@ -55,7 +55,7 @@ const fn bound(fixed: usize, per_byte: usize) -> Bound {
 }
 
 /// All of them.
-pub const ALL: [Reader; 29] = [
+pub const ALL: [Reader; 27] = [
     scenes::SCENE,
     built::BUILT,
     scenes::OVERRIDE,
@@ -69,7 +69,6 @@ pub const ALL: [Reader; 29] = [
     surfaces::VTU,
     surfaces::VTP,
     surfaces::VTK,
-    surfaces::VTKHDF,
     surfaces::STATE,
     results::CHECKPOINT,
     results::LEDGER,
@@ -81,7 +80,6 @@ pub const ALL: [Reader; 29] = [
     studies::TIMING,
     studies::SWEEP,
     studies::MEASURES,
-    studies::SHOWN,
     studies::ACCURACY,
     studies::PEER,
     studies::PEER_STATES,

@@ -12,7 +12,7 @@ use rumple::study::gather::gather;
 use rumple::study::gather::states::{self, StateFile};
 use rumple::study::plan::{Axis, Plan};
 use rumple::study::run::Timing;
-use rumple::study::sweep::{self, contact_sheet, csv, markdown};
+use rumple::study::sweep::{self, csv, markdown};
 
 use super::{Bound, Reader, bound, file, room, root};
 
@@ -38,7 +38,7 @@ pub const SWEEP: Reader = Reader {
         let root = made("small");
         let _replaced = Replaced::by(bytes, root.join(Plan::FILE));
         let Ok(Some(plan)) = Plan::read(&root) else { return false };
-        shown(&plan, &root, false)
+        shown(&plan, &root)
     },
     repair: None,
 };
@@ -47,16 +47,7 @@ pub const MEASURES: Reader = Reader {
     name: "measures",
     bound: SWEEPS,
     seeds: || vec![member_file("small", ResultDirectory::MEASURES)],
-    read: |bytes| in_member("small", ResultDirectory::MEASURES, bytes, false),
-    repair: None,
-};
-
-/// The state of a member that its picture shows.
-pub const SHOWN: Reader = Reader {
-    name: "shown",
-    bound: bound(32, 1024),
-    seeds: || vec![member_file("small", ResultDirectory::SHOWN)],
-    read: |bytes| in_member("small", ResultDirectory::SHOWN, bytes, true),
+    read: |bytes| in_member("small", ResultDirectory::MEASURES, bytes),
     repair: None,
 };
 
@@ -201,23 +192,19 @@ fn member_file(name: &str, file: &str) -> Vec<u8> {
     bytes(&first_member(&made(name)).join(file))
 }
 
-fn in_member(name: &str, file: &str, bytes: &[u8], pictures: bool) -> bool {
+fn in_member(name: &str, file: &str, bytes: &[u8]) -> bool {
     let root = made(name);
     let _replaced = Replaced::by(bytes, first_member(&root).join(file));
     let Ok(Some(plan)) = Plan::read(&root) else { return false };
-    shown(&plan, &root, pictures)
+    shown(&plan, &root)
 }
 
-/// Whether anything is known of the members; their tables, pictures and plots are made.
-fn shown(plan: &Plan, root: &Path, pictures: bool) -> bool {
-    let found = gather(plan, root, pictures);
+/// Whether anything is known of the members; their tables and plots are made.
+fn shown(plan: &Plan, root: &Path) -> bool {
+    let found = gather(plan, root);
     assert!(!csv(plan, &found).is_empty() && !markdown(plan, &found).is_empty());
-    if pictures {
-        let _ = contact_sheet(plan, &found).map_err(|error| error.to_string());
-        return found.iter().all(|member| member.shown.is_some());
-    }
     for key in sweep::drawn_keys(plan) {
-        let _ = sweep::figure(plan, &found, key).svg().map_err(|error| error.to_string());
+        let _ = sweep::figure(plan, &found, key);
     }
     found.first().is_some_and(|member| !member.measures.is_empty())
 }

@@ -5,7 +5,7 @@ use std::io::Write;
 
 use rumple::Simulation;
 use rumple::kinetics::PluginSearch;
-use rumple::output::{Compression, Format, Frame, ResultDirectory, Series, vtu};
+use rumple::output::{Compression, vtu};
 use rumple::run::inspect;
 use rumple::scene::Scene;
 use rumple::sheet::read;
@@ -70,15 +70,6 @@ pub const VTK: Reader = Reader {
     repair: None,
 };
 
-pub const VTKHDF: Reader = Reader {
-    name: "vtkhdf",
-    // What deflate can make of the bytes.
-    bound: bound(8, 16_384),
-    seeds: frames,
-    read: |bytes| surface("mesh.vtkhdf", bytes),
-    repair: None,
-};
-
 /// A frame as the state of a scene.
 pub const STATE: Reader = Reader {
     name: "state",
@@ -138,21 +129,6 @@ fn frame(compression: Compression) -> Vec<u8> {
     let mut simulation = made().unwrap_or_else(|| panic!("the small scene is not ready"));
     let frame = simulation.frame().unwrap_or_else(|error| panic!("{error}"));
     vtu::encode(&frame, compression).unwrap_or_else(|error| panic!("{error}"))
-}
-
-/// Two frames in one file, with and without compression.
-fn frames() -> Vec<Vec<u8>> {
-    let mut simulation = made().unwrap_or_else(|| panic!("the small scene is not ready"));
-    let frame = simulation.frame().unwrap_or_else(|error| panic!("{error}"));
-    let written = |compression| {
-        let folder = tempfile::tempdir().ok()?;
-        let directory = ResultDirectory::prepare(folder.path(), false).ok()?;
-        let mut series = Series::create(&directory, compression).in_format(Format::Vtkhdf);
-        series.push(&frame).ok()?;
-        series.push(&Frame { time: 1.0, ..frame.clone() }).ok()?;
-        std::fs::read(series.index()).ok()
-    };
-    [Compression::Zlib, Compression::None].into_iter().filter_map(written).collect()
 }
 
 thread_local! {
