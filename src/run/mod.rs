@@ -45,6 +45,7 @@ pub mod stability;
 mod stability_monitor;
 pub mod stiffness;
 mod summary;
+mod typical_magnitudes;
 mod warnings;
 
 pub use checkpoint::Checkpoint;

@@ -12,7 +12,9 @@ use super::ranks::RankPart;
 use super::setup_cost::SetupCost;
 use super::simulation::{Simulation, mesh_record};
 use super::snapshot::Snapshot;
-use super::{Error, Fields, Result, initial_state, laws, lints, planar, scale_checks};
+use super::{
+    Error, Fields, Result, initial_state, laws, lints, planar, scale_checks, typical_magnitudes,
+};
 use crate::effects::{EffectError, MaterialField, ReadSurface};
 use crate::geometry::face_areas;
 use crate::kinetics::{Kinetics, Location, PluginSearch, Signal};
@@ -204,6 +206,7 @@ fn start(scene: &Scene, simulation: &mut Simulation) -> Result<()> {
     let sheet = simulation.stepper.model().sheet();
     scale_checks::check_length_factor(scene, sheet, &factor.unwrap_or_default())?;
     simulation.evaluate().curvature()?;
+    typical_magnitudes::set(scene, &mut simulation.stepper, &mut simulation.notes);
     simulation.notes.extend(simulation.stepper.find_breakpoints());
     let Stepper { workspace, state, .. } = &simulation.stepper;
     lints::on_diffusion(&workspace.model, state, &mut simulation.notes);

@@ -22,6 +22,7 @@ mod rest_shapes;
 pub mod resumed;
 mod self_intersection;
 mod stability;
+mod typical;
 mod vtkhdf;
 mod work;
 

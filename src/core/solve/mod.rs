@@ -105,6 +105,11 @@ pub trait IntegratorSpec: std::fmt::Debug + Send + Sync {
     /// The relative tolerance that controls its step sizes; none where steps are fixed.
     fn rtol(&self) -> Option<f64>;
 
+    /// The absolute tolerance, in units of typical magnitudes; none for fixed steps.
+    fn atol(&self) -> Option<f64> {
+        None
+    }
+
     /// The fixed step by which the rates of the chemistry are followed without any check of their change, if
     /// that is how it is done.
     fn explicit_step(&self) -> Option<f64> {
