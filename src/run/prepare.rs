@@ -199,6 +199,7 @@ fn initial_state(
 /// Takes over the start of a scene that is a frame of another run, and refuses one that no sheet can have: later a run would
 /// end with it.
 fn start(scene: &Scene, simulation: &mut Simulation) -> Result<()> {
+    typical_magnitudes::set(scene, &mut simulation.stepper, &mut simulation.notes);
     if let Some(path) = &scene.time.span.from {
         Snapshot::take(path, scene, simulation)?;
     }
@@ -206,7 +207,6 @@ fn start(scene: &Scene, simulation: &mut Simulation) -> Result<()> {
     let sheet = simulation.stepper.model().sheet();
     scale_checks::check_length_factor(scene, sheet, &factor.unwrap_or_default())?;
     simulation.evaluate().curvature()?;
-    typical_magnitudes::set(scene, &mut simulation.stepper, &mut simulation.notes);
     simulation.notes.extend(simulation.stepper.find_breakpoints());
     let Stepper { workspace, state, .. } = &simulation.stepper;
     lints::on_diffusion(&workspace.model, state, &mut simulation.notes);

@@ -59,7 +59,7 @@ impl KineticsSpec {
                 name: name.clone(),
                 unit: spec.unit,
                 doc: spec.doc,
-                typical: spec.typical.map_or(1.0, Positive::get),
+                typical: spec.typical.map(Positive::get),
                 lower: spec.lower.map_or(f64::NEG_INFINITY, Finite::get),
                 upper: spec.upper.map_or(f64::INFINITY, Finite::get),
                 ..Species::named(name)
@@ -83,12 +83,6 @@ impl KineticsSpec {
             feedback: self.feedback(),
             observables: observables.collect(),
         })
-    }
-
-    /// Species of its law whose typical magnitude it does not give.
-    pub fn without_typical(&self) -> impl Iterator<Item = &String> {
-        let given = |name: &String| self.species.get(name).is_some_and(|s| s.typical.is_some());
-        self.rates.keys().chain(self.species.keys()).filter(move |name| !given(name))
     }
 
     /// What its law gives besides rates.

@@ -1,10 +1,17 @@
 //! Results do not depend on the unit of amounts.
 
 use crate::common::prepare;
+use crate::plugins::build::c_library;
+
+/// The scene with a number for K, except where that is a name.
+fn with_capacity(scene: &str, k: f64) -> String {
+    let number = format!("{k:e}");
+    scene.replace('K', &number).replace(&format!("parameters.{number}"), "parameters.K")
+}
 
 /// Species at the end in units of K, the largest of them if there are several points, and the least value reached.
 fn end(scene: &str, k: f64, keys: &[&str]) -> (Vec<f64>, f64) {
-    let scene = scene.replace('K', &format!("{k:e}"));
+    let scene = with_capacity(scene, k);
     let (_, mut simulation) = prepare(&scene, keys);
     simulation.prepare().unwrap();
     let (until, mut least) = (10.0, f64::INFINITY);
@@ -28,8 +35,9 @@ const INTEGRATORS: [&str; 6] = [
 ];
 
 /// Laws whose results are proportional to K: growth from little, production from nothing, decay of zeroth order, a cascade, a
-/// reaction of second order, a switch, an oscillator.
-const LAWS: [&str; 7] = [
+/// reaction of second order, a switch, an oscillator; production that begins at 0, a cascade from nothing, production without
+/// decay, one that saturates.
+const LAWS: [&str; 11] = [
     "rates.u = 'u*(1 - u/K)'\ninitial.u = 1e-2*",
     "rates.u = 'K - u'",
     "rates.u = '-K*u/(u + 1e-3*K)'\ninitial.u = 1*",
@@ -37,6 +45,10 @@ const LAWS: [&str; 7] = [
     "rates.u = '-u*v/K'\nrates.v = '-u*v/K'\ninitial.u = 1*\ninitial.v = 0.5*",
     "rates.u = 'K*hill(u, K, 2)*2 - 0.5*u + 0.01*K'\ninitial.u = 0.1*",
     "rates.u = 'v'\nrates.v = '-u'\ninitial.u = 1*",
+    "rates.u = 'K*t*exp(-t) - 0.1*u'",
+    "rates.u = 'K - u'\nrates.v = '1e-3*u - v'\nrates.w = 'v - w'",
+    "rates.u = 'K*exp(-t)'",
+    "rates.u = 'K/(1 + u/K)'",
 ];
 
 /// The law with its initial values as numbers.
@@ -81,11 +93,39 @@ fn results_do_not_depend_on_the_unit_of_amounts() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// The same by a plugin without derivatives, as by a function in Python, and by a formula.
+#[test]
+fn laws_that_declare_no_typical_magnitude_are_as_formulas() {
+    let library = |definitions: &[&str]| {
+        let name = format!("logistic{}", definitions.len());
+        let file = c_library("tests/run/logistic.c", &name, definitions);
+        format!("plugin = '{}'\nparameters.K = K\ninitial.u = 1e-2*", file.display())
+    };
+    let formula = "parameters.K = K\nrates.u = 'u*(1 - u/K)'\nrates.v = 'u - v'\ninitial.u = 1e-2*";
+    let undeclared = library(&[]);
+    for (place, integrator) in PLACES.iter().flat_map(|p| INTEGRATORS.map(|i| (p, i))) {
+        for k in [1.0, 1e-9, 1e-15] {
+            let keys = [&*format!("time.integrator={integrator}")];
+            let [(a, _), (b, _)] =
+                [formula, &undeclared].map(|law| end(&scene(law, place, k), k, &keys));
+            let near = |(a, b): (&f64, &f64)| (a - b).abs() < 2e-4;
+            assert!(a.iter().zip(&b).all(near), "{place}, {integrator}, {k:e}: {a:?}, {b:?}");
+        }
+    }
+    let typical = |law: &str, k: f64| {
+        let (_, simulation) = prepare(&with_capacity(&scene(law, PLACES[0], k), k), &[]);
+        simulation.model().chemistry().unwrap().all_typical()
+    };
+    assert_eq!(typical(&undeclared, 1e-9), typical(formula, 1e-9));
+    assert_eq!(typical(&undeclared, 1e-9), [1e-11, 1e-11]);
+    assert_eq!(typical(&library(&["TYPICAL=1.0"]), 1e-9), [1.0; 2]);
+}
+
 #[test]
 fn an_absolute_tolerance_above_all_values_is_noted() {
     let law = "species.u = { typical = 1.0 }\nrates.u = 'u*(1 - u/K)'\ninitial.u = 1e-2*";
     for (k, noted) in [(1e-9, true), (1e3, false)] {
-        let scene = scene(law, PLACES[1], k).replace('K', &format!("{k:e}"));
+        let scene = with_capacity(&scene(law, PLACES[1], k), k);
         let (_, simulation) = prepare(&scene, &[]);
         assert_eq!(
             simulation.notes().concat().contains("the absolute tolerance of species u"),
@@ -94,5 +134,11 @@ fn an_absolute_tolerance_above_all_values_is_noted() {
         let free = scene.replace("species.u = { typical = 1.0 }", "");
         let (_, simulation) = prepare(&free, &[]);
         assert!(!simulation.notes().concat().contains("the absolute tolerance"), "{k}");
+        // One that starts at 0.
+        let from_nothing = scene
+            .replace("initial.u", "rates.v = 'u - v'\nspecies.v = { typical = 1.0 }\ninitial.u");
+        let (_, simulation) = prepare(&from_nothing, &[]);
+        let notes = simulation.notes().concat();
+        assert_eq!(notes.contains("of species v is"), noted, "{k}: {notes}");
     }
 }

@@ -46,7 +46,7 @@ pub struct Chemistry {
     measure: Measure,
     direction: Option<DirectedLengthFactor>,
     held: HeldValues,
-    /// Typical magnitudes where these are not those of the law.
+    /// Typical magnitudes of a run.
     typical: OnceLock<Vec<f64>>,
     flagged: UnreliableResults,
     tally: Tally,
@@ -108,16 +108,23 @@ impl Chemistry {
         self
     }
 
-    /// Takes other typical magnitudes of the species than those of the law: once, before the first step.
+    /// Takes the typical magnitudes of the species in a run: once, before the first step.
     pub fn set_typical(&self, typical: Vec<f64>) {
+        self.kinetics.set_typical(&typical);
         self.typical.get_or_init(|| typical);
     }
 
     /// The typical magnitude of a species, the unit of absolute tolerances.
     #[must_use]
     pub fn typical(&self, species: usize) -> f64 {
-        let of_law = || self.descriptor().species[species].typical;
+        let of_law = || self.descriptor().species[species].magnitude();
         self.typical.get().map_or_else(of_law, |typical| typical[species])
+    }
+
+    /// Those of all species.
+    #[must_use]
+    pub fn all_typical(&self) -> Vec<f64> {
+        (0..self.descriptor().species.len()).map(|s| self.typical(s)).collect()
     }
 
     /// Values of species that are held.

@@ -67,7 +67,7 @@ pub(super) fn check(kinetics: &dyn Kinetics, fields: &[Vec<f64>], seed: u64) -> 
 
 fn axes(descriptor: &Descriptor) -> Vec<Option<Axis>> {
     let species = descriptor.species.iter().map(|species| {
-        let (lower, upper, typical) = (species.lower, species.upper, species.typical);
+        let (lower, upper, typical) = (species.lower, species.upper, species.magnitude());
         Some(Axis { lower, upper, typical })
     });
     let signals = descriptor.signals.iter().flat_map(|read| {

@@ -133,8 +133,7 @@ impl Coupled {
             all.resize(self.layout.mechanical(), atol * edge);
         }
         if let Some(chemistry) = self.model.chemistry() {
-            let species = 0..chemistry.descriptor().species.len();
-            let typical: Vec<f64> = species.map(|s| atol * chemistry.typical(s)).collect();
+            let typical: Vec<f64> = chemistry.all_typical().iter().map(|c| atol * c).collect();
             for _ in 0..self.layout.points() {
                 all.extend_from_slice(&typical);
             }

@@ -42,7 +42,7 @@ pub fn runaway(workspace: &mut Workspace, state: &State) -> Result<Option<Diagno
         return Ok(None);
     }
     let soon =
-        if c.abs() > BLOW_UP_RATIO * species[s].typical { BLOW_UP_TIME_SHARE } else { AT_ONCE };
+        if c.abs() > BLOW_UP_RATIO * chemistry.typical(s) { BLOW_UP_TIME_SHARE } else { AT_ONCE };
     let step = PROBE_CHANGE * c / rate;
     let mut later = state.clone();
     for (values, rates) in later.species.iter_mut().zip(&rates) {

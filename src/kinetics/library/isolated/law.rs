@@ -75,6 +75,13 @@ impl Kinetics for IsolatedKinetics {
         &self.parameters
     }
 
+    /// A child that is gone is found by the next call.
+    fn set_typical(&self, typical: &[f64]) {
+        let text = serde_json::to_string(typical).unwrap_or_default();
+        let process = &self.library.process;
+        let _ = process.exchange_text("typical", self.number, &text, Some(self.descriptor()));
+    }
+
     /// Copies the inputs to the child, has it call the law, and copies the outputs back.
     fn evaluate(
         &self,

@@ -42,9 +42,10 @@ fn waiter(turn: u32) -> usize {
 }
 
 /// Calls by their numbers in a [`Head`].
-pub(super) const CALLS: [&str; 12] = [
+pub(super) const CALLS: [&str; 13] = [
     "loading",
     "create",
+    "typical",
     "rates",
     "rate_partials",
     "length_factor",

@@ -122,13 +122,15 @@ impl ServerState {
         let asked = lane.head().call.load(Ordering::Relaxed) as usize;
         let call = CALLS.get(asked).copied().unwrap_or_default();
         match call {
-            "loading" | "create" | "destroy" => {
+            "loading" | "create" | "typical" | "destroy" => {
+                let number = lane.head().law.load(Ordering::Relaxed);
                 let answer =
                     lane.read().map_err(|e| CallProblem::Other(e.to_string())).and_then(|text| {
                         let done = match call {
                             "loading" => self.load(&text),
                             "create" => self.create(&text),
-                            _ => self.destroy(lane.head().law.load(Ordering::Relaxed)),
+                            "typical" => Ok(self.set_typical(number, &text)),
+                            _ => self.destroy(number),
                         };
                         done.map_err(CallProblem::of_error)
                     });
@@ -171,6 +173,15 @@ impl ServerState {
         }
         laws[free] = Some(Arc::new(law));
         Ok(free.to_string())
+    }
+
+    fn set_typical(&self, number: u64, text: &str) -> String {
+        let laws = self.laws.read().unwrap_or_else(PoisonError::into_inner);
+        let law = usize::try_from(number).ok().and_then(|k| laws.get(k)?.as_ref());
+        if let (Some(law), Ok(typical)) = (law, serde_json::from_str::<Vec<f64>>(text)) {
+            law.set_typical(&typical);
+        }
+        String::new()
     }
 
     fn destroy(&self, number: u64) -> Result<String, KineticsError> {
