@@ -31,7 +31,7 @@ use crate::num::checked::Positive;
 use crate::num::decimal;
 use crate::record::{Malformed, Record};
 use crate::tally::Work;
-use equilibrium::{Equilibrium, Relaxation};
+use equilibrium::{Equilibrium, ForceTolerance, Relaxation};
 use rejections::Causes;
 
 /// The integrator of a scene that names none.
@@ -129,8 +129,8 @@ pub trait EquilibriumSpec: std::fmt::Debug + Send + Sync {
     /// What the method is called in results.
     fn name(&self) -> String;
 
-    /// Largest force on a vertex that counts as rest, in units of the force scale.
-    fn tolerance(&self) -> f64;
+    /// Largest force on a vertex that counts as rest.
+    fn tolerance(&self) -> ForceTolerance;
 
     /// Iterations after which a relaxation has failed.
     fn max_iterations(&self) -> usize;

@@ -95,7 +95,7 @@ impl Study {
         let asked = take_axis(&mut others);
         let first: Vec<String> = others.iter().flat_map(|axis| axis.overrides(0)).collect();
         let plain = Scene::varied(scene, set, &first)?;
-        let (moves, vertices) = moves_and_vertices(&plain, search)?;
+        let (moves, vertices, force) = size_and_tolerance(&plain, search)?;
         let varied = Stabilisations::of(&plain, moves, asked.as_ref(), &others)?;
         others.extend(asked.filter(|_| varied.is_none()));
         let base = [set, &first].concat();
@@ -114,7 +114,7 @@ impl Study {
             Some((study, plan)) => planned.extend(taken(study, plan)),
             None => {
                 let tightest = tolerances.last().map_or(1e-4, |t| t.get());
-                let force = moves.then(|| options.tightest_force(&plain));
+                let force = moves.then(|| options.tightest_force(force));
                 let mut made = base.references(tightest, force, varied.as_ref())?;
                 let goes = |sets: &[String], axis| allowed((scene, set), search, axis, sets);
                 made.retain(|(_, _, sets)| {
@@ -152,12 +152,18 @@ impl Study {
     }
 }
 
-/// Whether the shape of `scene` moves, and its number of vertices; the most where its own integrator does not go with it.
-fn moves_and_vertices(scene: &Scene, search: &PluginSearch) -> Result<(bool, usize)> {
+/// Whether the shape of `scene` moves, its number of vertices and the force tolerance; the most where its own integrator
+/// does not go with it.
+fn size_and_tolerance(scene: &Scene, search: &PluginSearch) -> Result<(bool, usize, f64)> {
     match Simulation::new(scene, search) {
-        Ok(simulation) => Ok((simulation.model().moves(), simulation.model().sheet().rest().len())),
+        Ok(simulation) => {
+            let model = simulation.model();
+            Ok((model.moves(), model.sheet().rest().len(), simulation.force_tolerance()))
+        }
         // Others may.
-        Err(Error::Solve(SolveError::Pairing(_))) => Ok((true, usize::MAX)),
+        Err(Error::Solve(SolveError::Pairing(_))) => {
+            Ok((true, usize::MAX, scene.equilibrium.tolerance().without_loads()))
+        }
         Err(error) => Err(error),
     }
 }
