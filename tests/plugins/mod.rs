@@ -13,6 +13,7 @@ mod made;
 mod models;
 mod parameters;
 mod planted;
+mod readme;
 mod reported;
 mod search;
 mod versions;
