@@ -49,6 +49,7 @@ mod typical_magnitudes;
 mod warnings;
 
 pub use checkpoint::Checkpoint;
+pub(crate) use costs::processor_time;
 pub use costs::{Costs, peak_resident};
 pub use error::{Error, Result};
 pub use explain::Explanation;

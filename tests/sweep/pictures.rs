@@ -36,7 +36,7 @@ pub(super) fn plan(axes: &[&str]) -> Plan {
         at: at(number),
         fingerprint: String::new(),
         size: 1,
-        limit: None,
+        ..Default::default()
     };
     let members = (0..count).map(point).collect();
     Plan {
