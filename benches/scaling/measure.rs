@@ -148,7 +148,7 @@ fn relax(
     row.push(method.to_owned());
     let spec = equilibrium(method, &options.set)?;
     let goal = Goal {
-        tolerance: spec.tolerance(),
+        tolerance: spec.tolerance().on(mechanics),
         max_iterations: spec.max_iterations(),
         ..Goal::default()
     };

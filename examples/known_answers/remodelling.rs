@@ -20,7 +20,7 @@ use rumple::num::real;
 use rumple::problem::Problem;
 use rumple::scene::Scene;
 use rumple::sheet::Sheet;
-use rumple::solve::equilibrium::LbfgsSpec;
+use rumple::solve::equilibrium::{ForceTolerance, LbfgsSpec};
 use rumple::solve::staggered::StaggeredSpec;
 use rumple::{Simulation, Stepper, Vec3};
 
@@ -74,7 +74,10 @@ fn on(sheet: &Arc<Sheet>, scene: &Scene) -> Outcome<Stepper> {
         .material(MATERIAL)
         .effects(&scene.effects)
         .integrator(StaggeredSpec { rtol: fine, atol: fine, ..StaggeredSpec::default() })
-        .equilibrium(LbfgsSpec { tolerance: tolerance(1e-10)?, ..LbfgsSpec::default() });
+        .equilibrium(LbfgsSpec {
+            tolerance: ForceTolerance::Given(tolerance(1e-10)?),
+            ..LbfgsSpec::default()
+        });
     Ok(problem.stepper()?)
 }
 

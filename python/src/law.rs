@@ -1,6 +1,6 @@
 //! Laws written in Python, evaluated on whole batches of points.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use numpy::PyArray1;
 use pyo3::exceptions::{PyAttributeError, PyKeyError, PyTypeError, PyValueError};
@@ -226,12 +226,12 @@ fn species_of(
     let mut species = engine::Species { location, ..engine::Species::named(name) };
     let Some(about) = about else { return Ok(species) };
     let Ok(table) = about.cast::<PyDict>() else {
-        species.typical = positive(&species.name, about.extract()?)?;
+        species.typical = Some(positive(&species.name, about.extract()?)?);
         return Ok(species);
     };
     for (key, value) in table.iter() {
         match key.extract::<String>()?.as_str() {
-            "typical" => species.typical = positive(&species.name, value.extract()?)?,
+            "typical" => species.typical = Some(positive(&species.name, value.extract()?)?),
             "lower" => species.lower = value.extract()?,
             "upper" => species.upper = value.extract()?,
             "unit" => species.unit = value.extract()?,
@@ -294,6 +294,7 @@ impl Template for PythonLaw {
         Arc::new(PythonKinetics {
             descriptor: Arc::clone(&self.descriptor),
             values,
+            typical: OnceLock::new(),
             functions: Arc::clone(&self.functions),
             raised: self.raised.clone(),
         })
@@ -305,6 +306,7 @@ impl Template for PythonLaw {
 struct PythonKinetics {
     descriptor: Arc<Descriptor>,
     values: Vec<f64>,
+    typical: OnceLock<Vec<f64>>,
     functions: Arc<Functions>,
     raised: Slot,
 }
@@ -337,6 +339,14 @@ impl Kinetics for PythonKinetics {
             (Quantity::Feedback(which), _) => self.feedback(which, batch, values),
             (Quantity::Observables, _) => Ok(None),
         }
+    }
+
+    fn set_typical(&self, typical: &[f64]) {
+        self.typical.get_or_init(|| typical.to_vec());
+    }
+
+    fn typical(&self) -> Option<&[f64]> {
+        self.typical.get().map(Vec::as_slice)
     }
 }
 

@@ -162,7 +162,7 @@ fn print_unknowns(scene: &Scene, simulation: &Simulation) {
         say!(
             "relaxation {}, tolerance {:e}",
             scene.equilibrium.name(),
-            scene.equilibrium.tolerance()
+            simulation.force_tolerance()
         );
         // On a planar sheet z is not a degree of freedom that a pin could fix.
         let (axes, rigid) = if model.mechanics().is_planar() { (2, 3) } else { (3, 6) };

@@ -131,7 +131,7 @@ pub struct Batch<'a> {
 
 impl Batch<'_> {
     /// Hands `count` of the points, from one on, to `evaluate`.
-    pub(super) fn with_part<R>(
+    pub fn with_part<R>(
         &self,
         start: usize,
         count: usize,

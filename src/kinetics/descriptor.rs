@@ -47,8 +47,8 @@ pub struct Species {
     pub unit: String,
     /// Description.
     pub doc: String,
-    /// Magnitude that matters, > 0.
-    pub typical: f64,
+    /// Magnitude that matters, > 0; that of a run where the law declares none.
+    pub typical: Option<f64>,
     /// Least value that makes sense.
     pub lower: f64,
     /// Greatest value that makes sense.
@@ -60,19 +60,25 @@ pub struct Species {
 }
 
 impl Species {
-    /// A dimensionless species at vertices, of typical magnitude 1 and any value, that does not diffuse.
+    /// A dimensionless species at vertices, of any value, that does not diffuse.
     #[must_use]
     pub fn named(name: impl Into<String>) -> Self {
         Self {
             name: name.into(),
             unit: "1".into(),
             doc: String::new(),
-            typical: 1.0,
+            typical: None,
             lower: f64::NEG_INFINITY,
             upper: f64::INFINITY,
             diffusion: 0.0,
             location: Location::Vertex,
         }
+    }
+
+    /// The declared typical magnitude, or 1.
+    #[must_use]
+    pub fn magnitude(&self) -> f64 {
+        self.typical.unwrap_or(1.0)
     }
 }
 

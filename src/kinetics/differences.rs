@@ -112,8 +112,9 @@ pub(super) struct Range {
 /// Typical magnitudes and valid ranges of all inputs.
 pub(super) fn ranges<K: Kinetics + ?Sized>(kinetics: &K) -> Vec<Range> {
     let descriptor = kinetics.descriptor();
-    let species = descriptor.species.iter().map(|species| Range {
-        typical: species.typical,
+    let typical = kinetics.typical();
+    let species = descriptor.species.iter().enumerate().map(|(s, species)| Range {
+        typical: typical.map_or(species.magnitude(), |typical| typical[s]),
         lower: species.lower,
         upper: species.upper,
     });

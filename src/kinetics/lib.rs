@@ -87,6 +87,15 @@ pub trait Kinetics: Send + Sync + std::fmt::Debug {
         partials: &mut [&mut [f64]],
     ) -> Outcome;
 
+    /// Takes the typical magnitudes of the species in a run, once. Provided: they do not matter, as to a law that gives
+    /// exact derivatives.
+    fn set_typical(&self, _typical: &[f64]) {}
+
+    /// The typical magnitudes of the species in a run, by which [`differences`] take steps, if it was given any.
+    fn typical(&self) -> Option<&[f64]> {
+        None
+    }
+
     /// Adds the times from 0 to `until` at which the rates have a kink or a jump in time, whatever the species, at
     /// the points of `batch`, and their course between these; whether it is all. Provided: nothing is known of a law
     /// that reads the time.

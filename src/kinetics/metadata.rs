@@ -60,7 +60,7 @@ pub(super) fn check(descriptor: &Descriptor) -> Result<(), Problem> {
 fn check_species(species: &Species) -> Result<(), String> {
     identifier(&species.name)?;
     not_a_signal(&species.name)?;
-    positive("typical magnitude", species.typical)?;
+    positive("typical magnitude", species.magnitude())?;
     ordered(species.lower, species.upper)?;
     if !(species.diffusion >= 0.0 && species.diffusion.is_finite()) {
         return Err(format!(

@@ -82,7 +82,7 @@ impl PartCost {
 
 /// Processor time of all threads of this process, s.
 #[cfg(unix)]
-pub(super) fn processor_time() -> Option<f64> {
+pub(crate) fn processor_time() -> Option<f64> {
     use rustix::time::{ClockId, clock_gettime};
     let time = clock_gettime(ClockId::ProcessCPUTime);
     let [seconds, nanoseconds] = [time.tv_sec, time.tv_nsec].map(u64::try_from);
@@ -90,7 +90,7 @@ pub(super) fn processor_time() -> Option<f64> {
 }
 
 #[cfg(not(unix))]
-pub(super) fn processor_time() -> Option<f64> {
+pub(crate) fn processor_time() -> Option<f64> {
     None
 }
 

@@ -56,6 +56,13 @@ impl Fingerprint {
         self.files.iter().find(|[what, ..]| what == HOST_LAW).map(|[_, name, _]| name.as_str())
     }
 
+    /// The rate below which the run was to end, 0 for none.
+    pub(super) fn steady_rate(&self) -> f64 {
+        let scene = self.scene.parse::<toml::Table>().ok();
+        let rate = scene.as_ref().and_then(|scene| scene.get("time")?.get("stop_when_steady"));
+        rate.and_then(Value::as_float).unwrap_or(0.0)
+    }
+
     /// That `now` is the same, as far as it matters from here on.
     ///
     /// # Errors

@@ -13,10 +13,8 @@ use crate::model::{Chemistry, Drag, Mechanics, Model, Potential, State};
 use crate::num::Short;
 use crate::scene::{Scene, SheetSource};
 use crate::sheet::Sheet;
+use crate::solve::equilibrium::{FELT_LOAD_RATIO, ForceTolerance, largest_load};
 use crate::solve::{Workspace, diagnosis};
-
-/// Loads this many times the tolerance move a sheet before it counts as at rest.
-const FELT_LOAD_RATIO: f64 = 1e3;
 
 /// Forces of this size are those of strains of a hundredth, which is not rest.
 const LOOSE_TOLERANCE: f64 = 1e-2;
@@ -56,7 +54,7 @@ pub(super) fn on_scene(
         ));
     }
     on_adhesion(scene, &names, notes);
-    let tolerance = scene.equilibrium.tolerance();
+    let tolerance = scene.equilibrium.tolerance().without_loads();
     if tolerance >= LOOSE_TOLERANCE {
         notes.push(format!(
             "equilibrium.tolerance = {} accepts residual forces that correspond to strains of {} \
@@ -123,15 +121,14 @@ pub(super) fn on_drag(scene: &Scene, drag: &Drag, notes: &mut Vec<String>) {
 /// Inspects the pins and the loads on a sheet at rest.
 pub(super) fn on_loads(
     potential: &mut Potential,
-    tolerance: f64,
+    tolerance: ForceTolerance,
     until: f64,
     notes: &mut Vec<String>,
 ) {
     let mechanics = Arc::clone(potential.mechanics());
     on_pins(&mechanics, notes);
     let names: Vec<&str> = mechanics.names().collect();
-    let scale = potential.force_scale();
-    let loads: Vec<f64> = mechanics.applied_forces().iter().map(|f| f / scale).collect();
+    let loads = mechanics.applied_forces();
     let rest = mechanics.sheet().rest();
     for (which, _) in loads.iter().enumerate().filter(|(_, load)| **load > 0.0) {
         // A ramp may begin at 0.
@@ -147,15 +144,21 @@ pub(super) fn on_loads(
             notes.push(format!("the effect {name} acts only on fixed vertices and moves nothing"));
         }
     }
-    let load = loads.into_iter().fold(0.0, f64::max);
-    if load > 0.0 && load < FELT_LOAD_RATIO * tolerance {
-        notes.push(format!(
-            "the largest load on a vertex is {load:.1e} Y times the edge length, and equilibrium \
-             is accepted below equilibrium.tolerance = {tolerance:e}: the response to the load \
-             will be inaccurate; use {:.0e}",
-            1e-4 * load
-        ));
-    }
+    let (load, number) = (largest_load(potential), tolerance.on(potential));
+    let felt = load == 0.0 || load >= FELT_LOAD_RATIO * number;
+    let consequence = match tolerance {
+        ForceTolerance::Given(_) if felt => return,
+        ForceTolerance::Given(_) => "the response to the load will be inaccurate; use \"auto\"",
+        ForceTolerance::Auto if number == tolerance.without_loads() => return,
+        ForceTolerance::Auto if felt => "the default under gentle loads",
+        ForceTolerance::Auto => {
+            "round-off of positions allows no less, and the response to the load will be inaccurate"
+        }
+    };
+    notes.push(format!(
+        "the largest load on a vertex is {load:.1e} Y times the edge length, and equilibrium is accepted below \
+         equilibrium.tolerance = {number:e}: {consequence}"
+    ));
 }
 
 /// Inspects a law that gives what no effect of `scene` reads.

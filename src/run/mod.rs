@@ -44,9 +44,11 @@ pub mod stability;
 mod stability_monitor;
 pub mod stiffness;
 mod summary;
+mod typical_magnitudes;
 mod warnings;
 
 pub use checkpoint::Checkpoint;
+pub(crate) use costs::processor_time;
 pub use costs::{Costs, peak_resident};
 pub use error::{Error, Result};
 pub use explain::Explanation;

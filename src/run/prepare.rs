@@ -11,7 +11,9 @@ use super::processor::Processor;
 use super::ranks::RankPart;
 use super::setup_cost::SetupCost;
 use super::simulation::{Simulation, mesh_record};
-use super::{Error, Fields, Result, initial_state, laws, lints, planar, scale_checks};
+use super::{
+    Error, Fields, Result, initial_state, laws, lints, planar, scale_checks, typical_magnitudes,
+};
 use crate::effects::{EffectError, MaterialField, ReadSurface};
 use crate::geometry::face_areas;
 use crate::kinetics::{Kinetics, Location, PluginSearch, Signal};
@@ -194,6 +196,7 @@ fn initial_state(
 
 /// Refuses a start that no sheet can have: later a run would end with it.
 fn start(scene: &Scene, simulation: &mut Simulation) -> Result<()> {
+    typical_magnitudes::set(scene, &mut simulation.stepper, &mut simulation.notes);
     let factor = simulation.evaluate().length_factor()?.map(std::borrow::Cow::into_owned);
     let sheet = simulation.stepper.model().sheet();
     scale_checks::check_length_factor(scene, sheet, &factor.unwrap_or_default())?;

@@ -70,7 +70,8 @@ pub fn resume_on(
     let found = last(root, directory, of.as_deref());
     let (UsableCheckpoint { checkpoint, parts }, notes) =
         found.map_err(|notes| refused(without_checkpoint(&notes, standing.as_ref())))?;
-    check_end(&checkpoint, &scene, overrides, standing.as_ref()).map_err(refused)?;
+    let reached = last_row(&directory.ledger()).unwrap_or((checkpoint.step(), checkpoint.time()));
+    check_end(&checkpoint, (&scene, overrides), standing.as_ref(), reached).map_err(refused)?;
     if let (Some(name), None) = (checkpoint.fingerprint.host_law(), search.host_law()) {
         return refuse(format!(
             "the law `{name}` is a function of the program that began the run, which its directory does not have; \
@@ -130,39 +131,40 @@ fn restore(
     Ok(())
 }
 
-/// Whether a run with this checkpoint, of `scene` with `overrides`, has anywhere to go, or why not.
+/// Whether a run with this checkpoint, of `scene` with `overrides`, has anywhere to go from the last row of its ledger, or
+/// why not. Results are cut back to the checkpoint: those beyond an end before that row would be lost.
 fn check_end(
     checkpoint: &Checkpoint,
-    scene: &Scene,
-    overrides: &[String],
+    (scene, overrides): (&Scene, &[String]),
     standing: Option<&Standing>,
+    (steps, reached): (u64, f64),
 ) -> Result<(), String> {
-    let (time, step, end) = (checkpoint.time(), checkpoint.step(), scene.time.span.until.get());
-    let most = scene.time.span.max_steps.map_or(u64::MAX, |most| AtLeast::get(most) as u64);
+    let span = &scene.time.span;
+    let end = span.until.get();
+    let most = span.max_steps.map_or(u64::MAX, |most| AtLeast::get(most) as u64);
     let complete = standing.filter(|standing| standing.status == RunStatus::Complete);
-    // Results are cut back to the checkpoint: what lies beyond the new end would be lost.
-    let reached = standing.map_or(time, |standing| standing.time);
-    if end < reached && !overrides.is_empty() {
-        return Err(format!(
-            "it has results up to time {reached}, and those after {end} would be lost; `--until T` lets it go further"
-        ));
-    }
-    if let Some(standing) = complete {
-        let steps = standing.work.map_or(step, |work| work.steps.max(step));
-        let remedy = remedies(standing, (end <= reached, most <= steps), overrides);
-        if overrides.is_empty() || !remedy.is_empty() {
-            let remedy = if remedy.is_empty() { UNTIL } else { &remedy };
+    if complete.is_none() || !overrides.is_empty() {
+        let rate = span.stop_when_steady.map_or(0.0, f64::from);
+        let looser = steps > checkpoint.step() && rate > checkpoint.fingerprint.steady_rate();
+        let ends = [
+            (end < reached, format!("after {end}"), UNTIL),
+            (most < steps, format!("after step {most}"), MAX_STEPS),
+            (looser, format!("after the first rates below {rate}"), STEADY),
+        ];
+        if let Some((_, lost, remedy)) = ends.into_iter().find(|(loses, ..)| *loses) {
             return Err(format!(
-                "the run is complete, at time {reached}, step {steps}: {}; {remedy} lets it go further",
-                standing.reason
+                "it has results up to time {reached}, step {steps}, and those {lost} would be lost; {remedy} lets it go \
+                 further"
             ));
         }
-    // One that was killed at its very end has only to say so.
-    } else if end < time || most < step {
+    }
+    let Some(standing) = complete else { return Ok(()) };
+    let remedy = remedies(standing, (end <= reached, most <= steps), overrides);
+    if overrides.is_empty() || !remedy.is_empty() {
+        let remedy = if remedy.is_empty() { UNTIL } else { &remedy };
         return Err(format!(
-            "its checkpoint is at time {time}, step {step}, and the run is to end at time {end}{}; {} lets it go further",
-            if most < step { format!(" or after {most} steps") } else { String::new() },
-            if most < step { MAX_STEPS } else { UNTIL }
+            "the run is complete, at time {reached}, step {steps}: {}; {remedy} lets it go further",
+            standing.reason
         ));
     }
     Ok(())
@@ -170,14 +172,14 @@ fn check_end(
 
 const UNTIL: &str = "`--until T`";
 const MAX_STEPS: &str = "`--set time.max_steps=N` with a larger N";
+const STEADY: &str = "`--set time.stop_when_steady=RATE` with a smaller RATE";
 
 /// Options without which a complete run would end again at once: where the end time, or the number of steps, is
 /// `reached`, and where it was steady. Empty where it has somewhere to go.
 fn remedies(standing: &Standing, reached: (bool, bool), overrides: &[String]) -> String {
     let steady = standing.reason == Ending::Steady.to_string()
         && !overrides.iter().any(|set| set.starts_with(STOP_WHEN_STEADY));
-    let rate = format!("`--set {STOP_WHEN_STEADY}=RATE` with a smaller RATE");
-    let all = [(reached.0, UNTIL), (reached.1, MAX_STEPS), (steady, &*rate)];
+    let all = [(reached.0, UNTIL), (reached.1, MAX_STEPS), (steady, STEADY)];
     let needed: Vec<&str> = all.iter().filter(|(needed, _)| *needed).map(|one| one.1).collect();
     needed.join(" together with ")
 }
@@ -251,8 +253,20 @@ fn whole(frame: &Path) -> bool {
 
 /// Whole rows of a ledger up to a step.
 fn rows(path: &Path, step: u64) -> Option<u64> {
-    let text = fs::read_to_string(path).ok()?;
-    let whole = text.rfind('\n').map_or("", |end| &text[..end]);
-    let steps = whole.lines().skip(1).map_while(|row| row.split(',').next()?.parse::<u64>().ok());
+    let text = whole_rows(path)?;
+    let steps = text.lines().skip(1).map_while(|row| row.split(',').next()?.parse::<u64>().ok());
     Some(steps.filter(|other| *other <= step).count() as u64)
+}
+
+/// Step and time of the last whole row of a ledger.
+fn last_row(path: &Path) -> Option<(u64, f64)> {
+    let text = whole_rows(path)?;
+    let mut cells = text.lines().last()?.split(',');
+    Some((cells.next()?.parse().ok()?, cells.next()?.parse().ok()?))
+}
+
+fn whole_rows(path: &Path) -> Option<String> {
+    let mut text = fs::read_to_string(path).ok()?;
+    text.truncate(text.rfind('\n').unwrap_or(0));
+    Some(text)
 }

@@ -18,8 +18,9 @@ pub struct SpeciesSpec {
     pub unit: String,
     /// Description.
     pub doc: String,
-    /// Magnitude that matters.
-    pub typical: Positive,
+    /// Magnitude that matters; from the start of the run if not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub typical: Option<Positive>,
     /// Least value that makes sense.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lower: Option<Finite>,
@@ -31,7 +32,7 @@ pub struct SpeciesSpec {
 impl Default for SpeciesSpec {
     fn default() -> Self {
         let unit = "1".to_owned();
-        Self { unit, doc: String::new(), typical: Positive::ONE, lower: None, upper: None }
+        Self { unit, doc: String::new(), typical: None, lower: None, upper: None }
     }
 }
 
@@ -58,7 +59,7 @@ impl KineticsSpec {
                 name: name.clone(),
                 unit: spec.unit,
                 doc: spec.doc,
-                typical: spec.typical.get(),
+                typical: spec.typical.map(Positive::get),
                 lower: spec.lower.map_or(f64::NEG_INFINITY, Finite::get),
                 upper: spec.upper.map_or(f64::INFINITY, Finite::get),
                 ..Species::named(name)

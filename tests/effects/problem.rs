@@ -9,7 +9,7 @@ use rumple::num::checked::{Finite, Positive};
 use rumple::problem::{Part, ProblemError};
 use rumple::sheet::{Shape, Sheet, generate};
 use rumple::solve::SolveError;
-use rumple::solve::equilibrium::LbfgsSpec;
+use rumple::solve::equilibrium::{ForceTolerance, LbfgsSpec};
 use rumple::{Problem, Simulation};
 
 use crate::common::prepare;
@@ -36,7 +36,10 @@ fn plate(sheet: Arc<Sheet>) -> Problem<'static> {
             force: LoadForce::AlongNormal(Finite::ONE.into()),
             ramp: None,
         })
-        .equilibrium(LbfgsSpec { tolerance: Positive::constant(1e-9), ..LbfgsSpec::default() })
+        .equilibrium(LbfgsSpec {
+            tolerance: ForceTolerance::Given(Positive::constant(1e-9)),
+            ..LbfgsSpec::default()
+        })
 }
 
 /// The same bits as the scene that says the same.

@@ -82,6 +82,8 @@ pub fn rust_library(source: &str, name: &str, cfgs: &[&str]) -> PathBuf {
         let mut rustc = Command::new(std::env::var_os("RUSTC").unwrap_or("rustc".into()));
         rustc.args(["--edition", "2024", "--crate-type", "cdylib", "-O"]);
         rustc.arg(Path::new(env!("CARGO_MANIFEST_DIR")).join(source));
+        let about = ["NAME", "VERSION", "AUTHORS", "LICENSE"];
+        rustc.envs(about.map(|key| (format!("CARGO_PKG_{key}"), name)));
         rustc.args(cfgs.iter().flat_map(|cfg| ["--cfg", cfg]));
         let sdk = directory().join("librumple_plugin_sdk.rlib");
         rustc.arg("--extern").arg(format!("rumple_plugin_sdk={}", sdk.display()));

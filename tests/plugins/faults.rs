@@ -66,7 +66,7 @@ fn faulty_tables_and_descriptors_are_refused() {
         ("nowhere", &["SPECIES_COUNT=2", "SECOND_LOCATION=9"], "location is 9"),
         ("spaces", &["SPECIES_NAME=\"c 1\""], "species `c 1`: is not a valid name"),
         ("signal_name", &["SPECIES_NAME=\"tension\""], "has the name of a signal"),
-        ("typical", &["TYPICAL=0.0"], "typical magnitude is 0"),
+        ("typical", &["TYPICAL=-2.0"], "typical magnitude is -2"),
         ("default", &["DEFAULT=3.0"], "parameter `k`: default is 3; allowed: 0 <= k <= 2"),
         ("nan", &["DEFAULT=NAN"], "parameter `k`: default is NaN"),
         ("bounds", &["UPPER=-1.0"], "valid range is 0 to -1"),

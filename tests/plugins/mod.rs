@@ -12,5 +12,6 @@ mod made;
 mod models;
 mod parameters;
 mod planted;
+mod readme;
 mod reported;
 mod search;

@@ -21,6 +21,7 @@ mod rest_shapes;
 pub mod resumed;
 mod self_intersection;
 mod stability;
+mod typical;
 mod work;
 
 use std::path::PathBuf;

@@ -17,7 +17,19 @@ fn a_load_that_the_tolerance_hardly_sees_is_told() {
     let (_, simulation) = prepare(&[gentle]);
     let [note] = simulation.notes() else { panic!("{:?}", simulation.notes()) };
     assert!(note.contains("1.3e-9 Y"), "{note}");
-    assert!(note.contains("equilibrium.tolerance = 1e-6") && note.contains("1e-13"), "{note}");
+    assert!(note.contains("1e-13: the default under gentle loads"), "{note}");
+    let (_, simulation) = prepare(&[&gentle.replace("1e-3", "1e-5")]);
+    assert!(simulation.notes()[0].contains("round-off of positions"), "{:?}", simulation.notes());
+    let (_, simulation) = prepare(&[gentle, "equilibrium.tolerance=1e-6"]);
+    assert!(simulation.notes()[0].contains("1e-6: the response"), "{:?}", simulation.notes());
+    // A load that the usual tolerance hardly sees, and one that it does.
+    for (force, tolerance) in [("1e1", 1e-9), ("1e4", 1e-6)] {
+        let (_, simulation) = prepare(&[&gentle.replace("1e-3", force)]);
+        let found = simulation.force_tolerance();
+        assert!((found / tolerance - 1.0).abs() < 1e-9, "{force}: {found:e}");
+        let noted = simulation.notes().concat().contains("the default under gentle loads");
+        assert_eq!(noted, found < 1e-6, "{:?}", simulation.notes());
+    }
     for (effect, tolerance) in [
         (gentle.to_owned(), "equilibrium.tolerance=1e-13"),
         (gentle.replace("1e-3", "1e4"), "equilibrium.tolerance=1e-6"),

@@ -280,7 +280,7 @@ fn what_cannot_go_on_says_why_and_what_can() {
     let version = other("version");
     for path in checkpoints(&version) {
         let mut bytes = fs::read(&path).unwrap();
-        let place = bytes.windows(12).position(|w| w == b"checkpoint 5").unwrap();
+        let place = bytes.windows(12).position(|w| w == b"checkpoint 6").unwrap();
         bytes[place + 11] = b'0';
         fs::write(&path, bytes).unwrap();
     }
@@ -358,6 +358,42 @@ fn a_complete_run_names_what_extends_it() {
         let ledger = fs::read_to_string(folder.path().join("out/ledger.csv")).unwrap();
         assert!(ledger.lines().last().unwrap().starts_with("8,1,"), "{end}, {further}: {ledger}");
     }
+}
+
+/// An end before the results that there are would cut them off.
+#[test]
+fn an_end_before_the_last_result_is_refused() {
+    const POINT: &str = "sheet = { shape = 'point' }
+        time = { until = 2.0, integrator = { kind = 'staggered', method = 'euler', step = 0.125 } }
+        kinetics = { rates.c = '-c', initial.c = 1.0 }";
+    let folder = folder(POINT);
+    let run = args(&["run", "scene.toml", "--out", "whole", "--quiet"], &FREQUENT_CHECKPOINTS);
+    assert!(rumple(folder.path(), &run).status.success());
+    let whole = folder.path().join("whole");
+    let all = checkpoints(&whole);
+    // As if killed at its end, with the first checkpoint alone.
+    all[1..].iter().for_each(|path| fs::remove_file(path).unwrap());
+    let status = whole.join("status.json");
+    let killed = fs::read_to_string(&status).unwrap().replace("complete", "running");
+    fs::write(&status, killed).unwrap();
+    let ledger = fs::read(whole.join("ledger.csv")).unwrap();
+    let cuts = ["time.max_steps=15", "time.until=1.5", "time.stop_when_steady=0.5"];
+    for set in cuts {
+        let out = rumple(folder.path(), &args(&["resume", "whole", "--quiet"], &[set]));
+        let said = text(&out.stderr);
+        assert!(out.status.code() == Some(2) && said.contains("would be lost"), "{set}: {said}");
+        assert_eq!(fs::read(whole.join("ledger.csv")).unwrap(), ledger, "{set}");
+    }
+    // The same in its scene.
+    let path = whole.join("resolved.toml");
+    let scene = fs::read_to_string(&path).unwrap();
+    fs::write(&path, scene.replace("until = 2.0", "until = 2.0\nmax_steps = 15")).unwrap();
+    let out = rumple(folder.path(), &["resume", "whole", "--quiet"]);
+    assert!(text(&out.stderr).contains("step 15 would be lost"), "{}", text(&out.stderr));
+    let out = rumple(folder.path(), &args(&["resume", "whole", "--quiet"], &["time.max_steps=17"]));
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let last = fs::read_to_string(whole.join("ledger.csv")).unwrap();
+    assert!(last.lines().last().unwrap().starts_with("16,2,"), "{last}");
 }
 
 #[test]

@@ -44,7 +44,7 @@ typedef struct {
   RumpleStr unit;
   // Description in one sentence.
   RumpleStr doc;
-  // Magnitude that matters, > 0: scale of absolute tolerances and difference steps.
+  // Magnitude that matters, > 0: scale of absolute tolerances and difference steps. 0: from the start of a run.
   double typical;
   // Least value that makes sense; may be -infinity.
   double lower;

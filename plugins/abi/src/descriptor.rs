@@ -43,7 +43,7 @@ pub struct Species {
     pub unit: Str,
     /// Description in one sentence.
     pub doc: Str,
-    /// Magnitude that matters, > 0: scale of absolute tolerances and difference steps.
+    /// Magnitude that matters, > 0: scale of absolute tolerances and difference steps. 0: from the start of a run.
     pub typical: f64,
     /// Least value that makes sense; may be -infinity.
     pub lower: f64,
@@ -56,14 +56,14 @@ pub struct Species {
 }
 
 impl Species {
-    /// A species on vertices with typical value 1, any value valid, no diffusion.
+    /// A species on vertices with a typical magnitude from the start of a run, any value valid, no diffusion.
     #[must_use]
     pub const fn new(name: &'static str, unit: &'static str, doc: &'static str) -> Self {
         Self {
             name: Str::new(name),
             unit: Str::new(unit),
             doc: Str::new(doc),
-            typical: 1.0,
+            typical: 0.0,
             lower: f64::NEG_INFINITY,
             upper: f64::INFINITY,
             diffusion: 0.0,

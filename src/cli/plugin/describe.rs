@@ -80,14 +80,14 @@ fn describe(d: &Descriptor, value: &dyn Fn(usize) -> String) {
             (false, true) => format!(", up to {}", s.upper),
             (false, false) => String::new(),
         };
+        let typical = s.typical.map_or(String::new(), |typical| format!(", typically {typical}"));
         let diffusion =
             if s.diffusion > 0.0 { format!(", D = {}", s.diffusion) } else { String::new() };
         say!(
-            "species     {} [{}] {}, typically {}{range}{diffusion}, on {}",
+            "species     {} [{}] {}{typical}{range}{diffusion}, on {}",
             s.name,
             s.unit,
             s.doc,
-            s.typical,
             s.location.nouns()
         );
     }

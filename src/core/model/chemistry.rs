@@ -6,7 +6,7 @@ mod ill_posed;
 mod places;
 mod surface;
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use smallvec::SmallVec;
 
@@ -46,6 +46,8 @@ pub struct Chemistry {
     measure: Measure,
     direction: Option<DirectedLengthFactor>,
     held: HeldValues,
+    /// Typical magnitudes of a run.
+    typical: OnceLock<Vec<f64>>,
     flagged: UnreliableResults,
     tally: Tally,
     law: Meter,
@@ -82,6 +84,7 @@ impl Chemistry {
             measure,
             direction: None,
             held: HeldValues::default(),
+            typical: OnceLock::new(),
             flagged,
             tally: tally.clone(),
             law,
@@ -103,6 +106,25 @@ impl Chemistry {
     pub fn with_held_values(mut self, held: &[Held]) -> Self {
         self.held = HeldValues::new(self.descriptor().species.len(), held);
         self
+    }
+
+    /// Takes the typical magnitudes of the species in a run: once, before the first step.
+    pub fn set_typical(&self, typical: Vec<f64>) {
+        self.kinetics.set_typical(&typical);
+        self.typical.get_or_init(|| typical);
+    }
+
+    /// The typical magnitude of a species, the unit of absolute tolerances.
+    #[must_use]
+    pub fn typical(&self, species: usize) -> f64 {
+        let of_law = || self.descriptor().species[species].magnitude();
+        self.typical.get().map_or_else(of_law, |typical| typical[species])
+    }
+
+    /// Those of all species.
+    #[must_use]
+    pub fn all_typical(&self) -> Vec<f64> {
+        (0..self.descriptor().species.len()).map(|s| self.typical(s)).collect()
     }
 
     /// Values of species that are held.

@@ -29,16 +29,15 @@ impl Model {
         (rtol, atol): (f64, f64),
     ) -> f64 {
         let Some(chemistry) = &self.chemistry else { return 0.0 };
-        let of = |(s, species): (usize, &crate::kinetics::Species)| {
+        let of = |s: usize| {
             let (start, a, b) = (&start.species[s], &a.species[s], &b.species[s]);
             let largest = self.sheet().reduction().max(b.len(), |i| b[i].abs());
-            let unit = atol * species.typical + rtol * largest;
+            let unit = atol * chemistry.typical(s) + rtol * largest;
             misfit(self.sheet().reduction(), b.len(), unit, |i| {
                 (b[i] - start[i], b[i] - a[i], b[i] / largest)
             })
         };
-        let species = chemistry.descriptor().species.iter().enumerate();
-        species.map(of).fold(0.0, f64::max)
+        (0..chemistry.descriptor().species.len()).map(of).fold(0.0, f64::max)
     }
 
     /// The misfit of the internal variables of `a` and `b`, the larger over all, with v what they have changed by since

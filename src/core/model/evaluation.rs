@@ -393,9 +393,9 @@ impl<'a> Evaluation<'a> {
         }
         let Some(chemistry) = self.model.chemistry() else { return Ok(largest) };
         let rates = self.rates()?;
-        for (species, rate) in chemistry.descriptor().species.iter().zip(rates) {
+        for (s, rate) in rates.iter().enumerate() {
             let fastest = reduction.max(rate.len(), |i| rate[i].abs());
-            largest = largest.max(fastest / species.typical);
+            largest = largest.max(fastest / chemistry.typical(s));
         }
         Ok(largest)
     }

@@ -300,8 +300,9 @@ fn clamp(
     time: f64,
     (rtol, atol): (f64, f64),
 ) -> Result<(), ModelError> {
-    for ((species, c), largest) in chemistry.descriptor().species.iter().zip(values).zip(largest) {
-        let slack = atol * species.typical + rtol * largest;
+    let species = chemistry.descriptor().species.iter().enumerate();
+    for (((s, species), c), largest) in species.zip(values).zip(largest) {
+        let slack = atol * chemistry.typical(s) + rtol * largest;
         let (least, greatest) = (species.lower - slack, species.upper + slack);
         for (point, c) in c.iter_mut().enumerate() {
             if !(*c >= least && *c <= greatest) {

@@ -267,7 +267,8 @@ impl Problem<'_> {
         let equilibrium = method
             .build(mechanics)
             .map_err(|e| ProblemError::new(Part::Equilibrium, e.to_string(), None))?;
-        let (tolerance, max_iterations) = (method.tolerance(), method.max_iterations());
+        let (tolerance, max_iterations) =
+            (method.tolerance().on(&potential), method.max_iterations());
         Ok(Some(Relaxer { equilibrium, tolerance, max_iterations }))
     }
 

@@ -92,6 +92,10 @@ impl IntegratorSpec for ExplicitSpec {
         Box::new(Self { rtol, atol, step, ..self.clone() })
     }
 
+    fn atol(&self) -> Option<f64> {
+        (self.method == ExplicitMethod::Tsit45).then(|| self.atol.get())
+    }
+
     fn rtol(&self) -> Option<f64> {
         (self.method != ExplicitMethod::Euler).then(|| self.rtol.get())
     }

@@ -31,7 +31,7 @@ use crate::num::checked::Positive;
 use crate::num::decimal;
 use crate::record::{Malformed, Record};
 use crate::tally::Work;
-use equilibrium::{Equilibrium, Relaxation};
+use equilibrium::{Equilibrium, ForceTolerance, Relaxation};
 use rejections::Causes;
 
 /// The integrator of a scene that names none.
@@ -105,6 +105,11 @@ pub trait IntegratorSpec: std::fmt::Debug + Send + Sync {
     /// The relative tolerance that controls its step sizes; none where steps are fixed.
     fn rtol(&self) -> Option<f64>;
 
+    /// The absolute tolerance, in units of typical magnitudes; none for fixed steps.
+    fn atol(&self) -> Option<f64> {
+        None
+    }
+
     /// The fixed step by which the rates of the chemistry are followed without any check of their change, if
     /// that is how it is done.
     fn explicit_step(&self) -> Option<f64> {
@@ -124,8 +129,8 @@ pub trait EquilibriumSpec: std::fmt::Debug + Send + Sync {
     /// What the method is called in results.
     fn name(&self) -> String;
 
-    /// Largest force on a vertex that counts as rest, in units of the force scale.
-    fn tolerance(&self) -> f64;
+    /// Largest force on a vertex that counts as rest.
+    fn tolerance(&self) -> ForceTolerance;
 
     /// Iterations after which a relaxation has failed.
     fn max_iterations(&self) -> usize;

@@ -194,7 +194,7 @@ fn of_laws(
     chemistry.with_inputs(&species, &signals, |kinetics, batch| {
         let known = kinetics.time_dependence(batch, until, found);
         let name = kinetics.descriptor().title();
-        match sampled(until, |times| rates_at(kinetics, batch, times)) {
+        match sampled(until, |times| rates_at(chemistry, kinetics, batch, times)) {
             Some(sampled) => {
                 found.breakpoints.extend(sampled.breakpoints);
                 if !known {
@@ -224,7 +224,12 @@ fn of_laws(
 }
 
 /// The rates at some points of `batch` and all `times`, one column for each point and species.
-fn rates_at(kinetics: &dyn Kinetics, batch: &Batch<'_>, times: &[f64]) -> Option<Vec<Vec<f64>>> {
+fn rates_at(
+    chemistry: &Chemistry,
+    kinetics: &dyn Kinetics,
+    batch: &Batch<'_>,
+    times: &[f64],
+) -> Option<Vec<Vec<f64>>> {
     let descriptor = kinetics.descriptor();
     let species = descriptor.species.len().max(1);
     let points =
@@ -256,11 +261,12 @@ fn rates_at(kinetics: &dyn Kinetics, batch: &Batch<'_>, times: &[f64]) -> Option
             .species
             .iter()
             .zip(&descriptor.species)
-            .map(|(column, species)| {
+            .zip(chemistry.all_typical())
+            .map(|((column, species), typical)| {
                 let mut values = spread(column);
-                values.iter_mut().for_each(|c| {
-                    *c = (*c + more * species.typical).clamp(species.lower, species.upper)
-                });
+                values
+                    .iter_mut()
+                    .for_each(|c| *c = (*c + more * typical).clamp(species.lower, species.upper));
                 values
             })
             .collect();

@@ -131,6 +131,13 @@ impl Kinetics for JointKinetics {
         Ok(warning)
     }
 
+    fn set_typical(&self, typical: &[f64]) {
+        for part in &self.members {
+            let own: Vec<f64> = part.species.iter().map(|species| typical[*species]).collect();
+            part.kinetics.set_typical(&own);
+        }
+    }
+
     fn time_dependence(&self, batch: &Batch<'_>, until: f64, found: &mut TimeDependence) -> bool {
         let of = |part: &Part| {
             part.with_inputs(Quantity::Rates, batch, |b| {

@@ -55,6 +55,7 @@ pub(super) fn share(known: &mut Species, other: &Species) -> Result<(), (String,
         );
         return Err(("shared".into(), message));
     }
+    known.typical = known.typical.or(other.typical);
     known.lower = known.lower.max(other.lower);
     known.upper = known.upper.min(other.upper);
     if known.lower >= known.upper {

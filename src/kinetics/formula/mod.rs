@@ -93,7 +93,7 @@ impl Law {
         }
     }
 
-    /// Adds a species with its rate: of typical magnitude 1, of any value, and without diffusion of its own; change
+    /// Adds a species with its rate: of any value, and without diffusion of its own; change
     /// [`Law::species`] where that does not fit.
     #[must_use]
     pub fn species(mut self, name: &str, rate: &str) -> Self {

@@ -6,7 +6,7 @@
 
 use std::ffi::c_void;
 use std::ptr;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rumple_plugin_abi as abi;
@@ -25,6 +25,7 @@ use crate::{Kinetics, Outcome, Quantity, Site, differences};
 pub struct PluginKinetics {
     library: Arc<Library>,
     parameters: Vec<f64>,
+    typical: OnceLock<Vec<f64>>,
     instance: *mut c_void,
     calls: AtomicUsize,
     /// Whether parameters that differ from point to point are handed over as columns.
@@ -64,6 +65,7 @@ impl PluginKinetics {
         Ok(Self {
             library: Arc::clone(library),
             parameters,
+            typical: OnceLock::new(),
             instance,
             calls,
             takes_parameter_columns,
@@ -238,6 +240,14 @@ impl Kinetics for PluginKinetics {
         } else {
             self.by_stretches(quantity, batch, values, partials)
         }
+    }
+
+    fn set_typical(&self, typical: &[f64]) {
+        self.typical.get_or_init(|| typical.to_vec());
+    }
+
+    fn typical(&self) -> Option<&[f64]> {
+        self.typical.get().map(Vec::as_slice)
     }
 
     fn with_parameters_as_instances(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {

@@ -259,7 +259,7 @@ unsafe fn read_species(raw: &abi::Species) -> Result<Species, Problem> {
         unit: text(&format!("unit of species `{name}`"), raw.unit)?,
         doc: text(&format!("doc of species `{name}`"), raw.doc)?,
         name,
-        typical: raw.typical,
+        typical: (raw.typical != 0.0).then_some(raw.typical),
         lower: raw.lower,
         upper: raw.upper,
         diffusion: raw.diffusion,

@@ -41,7 +41,7 @@ impl Samples {
         for one in &descriptor.species {
             let span = one.upper - one.lower;
             let draw = |random: &mut ChaCha8Rng| {
-                let size = one.typical * 10_f64.powf(random.random_range(DECADES));
+                let size = one.magnitude() * 10_f64.powf(random.random_range(DECADES));
                 match (one.lower.is_finite(), one.upper.is_finite()) {
                     (true, true) => one.lower + span * random.random_range(0.0..=1.0),
                     (true, false) => one.lower + size,

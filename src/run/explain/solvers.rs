@@ -91,7 +91,7 @@ fn relaxation(scene: &Scene, simulation: &Simulation, lines: &mut Vec<Line>) {
     let default = if scene.written("equilibrium").is_some() { "" } else { "; the default" };
     lines.push(
         Line::new(
-            format!("equilibrium: {}, tolerance {:e}", method.name(), method.tolerance()),
+            format!("equilibrium: {}, tolerance {:e}", method.name(), simulation.force_tolerance()),
             format!("because the shape moves: {when}{default}"),
         )
         .at(scene, "equilibrium"),

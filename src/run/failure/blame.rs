@@ -136,7 +136,7 @@ fn strongest(simulation: &mut Simulation, stuck: Option<&State>) -> Option<usize
 /// The point with the largest rate, in units of the species' typical magnitudes.
 fn fastest(simulation: &mut Simulation) -> Option<usize> {
     let model = std::sync::Arc::clone(simulation.model());
-    let typical = |s: usize| model.chemistry().map_or(1.0, |c| c.descriptor().species[s].typical);
+    let typical = |s: usize| model.chemistry().map_or(1.0, |c| c.typical(s));
     let mut at = simulation.evaluate();
     let rates = at.rates().ok()?;
     let of = |i: usize| {

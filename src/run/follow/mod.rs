@@ -202,9 +202,9 @@ impl Follow {
         let x: Vec<Vec3> = rest.iter().map(|x| x + 0.01 * Vec3::new(x.y, x.z, x.x)).collect();
         let mut at = Unknowns { x, species: self.simulation.state().species.clone() };
         let chemistry = self.simulation.model().chemistry();
-        let described = chemistry.into_iter().flat_map(|c| &c.descriptor().species);
-        for (values, species) in at.species.iter_mut().zip(described) {
-            values.iter_mut().for_each(|c| *c += 0.01 * (c.abs() + species.typical));
+        let described = chemistry.into_iter().flat_map(crate::model::Chemistry::all_typical);
+        for (values, typical) in at.species.iter_mut().zip(described) {
+            values.iter_mut().for_each(|c| *c += 0.01 * (c.abs() + typical));
         }
         if family.imbalance(self.from, &at)? == family.imbalance(self.request.to, &at)? {
             let why = "no force, no pin and no rate depends on it";

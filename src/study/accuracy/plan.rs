@@ -26,6 +26,8 @@ const REFERENCE_FORCE_RATIO: f64 = 0.01;
 const MIN_FORCE: f64 = 1e-12;
 /// References may take so many times as long as other runs.
 pub const PATIENCE: u64 = 5;
+/// A run is given up that costs so many times as much as the dearest complete one: it is of no use whatever its error.
+const DEAREST: u64 = 5;
 /// Name of the first key, which chooses the run.
 pub const RUN: &str = "run";
 
@@ -95,7 +97,7 @@ impl Study {
         let asked = take_axis(&mut others);
         let first: Vec<String> = others.iter().flat_map(|axis| axis.overrides(0)).collect();
         let plain = Scene::varied(scene, set, &first)?;
-        let (moves, vertices) = moves_and_vertices(&plain, search)?;
+        let (moves, vertices, force) = size_and_tolerance(&plain, search)?;
         let varied = Stabilisations::of(&plain, moves, asked.as_ref(), &others)?;
         others.extend(asked.filter(|_| varied.is_none()));
         let base = [set, &first].concat();
@@ -114,7 +116,7 @@ impl Study {
             Some((study, plan)) => planned.extend(taken(study, plan)),
             None => {
                 let tightest = tolerances.last().map_or(1e-4, |t| t.get());
-                let force = moves.then(|| options.tightest_force(&plain));
+                let force = moves.then(|| options.tightest_force(force));
                 let mut made = base.references(tightest, force, varied.as_ref())?;
                 let goes = |sets: &[String], axis| allowed((scene, set), search, axis, sets);
                 made.retain(|(_, _, sets)| {
@@ -145,19 +147,45 @@ impl Study {
 
     /// Bounds the time of every member; references have more.
     fn limit(&self, plan: &mut Plan, seconds: u64) {
+        let all: Vec<Vec<usize>> = plan.members.iter().map(|member| member.at.clone()).collect();
         for member in &mut plan.members {
             let patience = if self.is_reference(&member.at) { PATIENCE } else { 1 };
             member.limit = Some(patience.saturating_mul(seconds));
+            member.dearest = Some(patience.saturating_mul(DEAREST));
+            let run = member.at.first().and_then(|run| self.looser(*run));
+            member.cheaper = run.and_then(|run| {
+                all.iter().position(|at| at.first() == Some(&run) && at[1..] == member.at[1..])
+            });
         }
+    }
+
+    /// The run of the same integrator at the next looser tolerance.
+    fn looser(&self, run: usize) -> Option<usize> {
+        let of = |run: &usize| match self.runs.get(*run) {
+            Some(Role::Point { curve, tolerance, force, .. }) => Some((*curve, *force, *tolerance)),
+            _ => None,
+        };
+        let (curve, force, tolerance) = of(&run)?;
+        let looser = |other: &usize| {
+            of(other).is_some_and(|(c, f, t)| (c, f) == (curve, force) && t > tolerance)
+        };
+        let size = |run: &usize| of(run).map_or(f64::INFINITY, |(_, _, tolerance)| tolerance);
+        (0..self.runs.len()).filter(looser).min_by(|a, b| size(a).total_cmp(&size(b)))
     }
 }
 
-/// Whether the shape of `scene` moves, and its number of vertices; the most where its own integrator does not go with it.
-fn moves_and_vertices(scene: &Scene, search: &PluginSearch) -> Result<(bool, usize)> {
+/// Whether the shape of `scene` moves, its number of vertices and the force tolerance; the most where its own integrator
+/// does not go with it.
+fn size_and_tolerance(scene: &Scene, search: &PluginSearch) -> Result<(bool, usize, f64)> {
     match Simulation::new(scene, search) {
-        Ok(simulation) => Ok((simulation.model().moves(), simulation.model().sheet().rest().len())),
+        Ok(simulation) => {
+            let model = simulation.model();
+            Ok((model.moves(), model.sheet().rest().len(), simulation.force_tolerance()))
+        }
         // Others may.
-        Err(Error::Solve(SolveError::Pairing(_))) => Ok((true, usize::MAX)),
+        Err(Error::Solve(SolveError::Pairing(_))) => {
+            Ok((true, usize::MAX, scene.equilibrium.tolerance().without_loads()))
+        }
         Err(error) => Err(error),
     }
 }

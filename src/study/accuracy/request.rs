@@ -58,9 +58,9 @@ impl Default for Options {
 pub(super) const TIGHTEST_TOLERANCE: f64 = 1e-13;
 
 impl Options {
-    /// The least force tolerance, that of the scene included.
-    pub(super) fn tightest_force(&self, plain: &Scene) -> f64 {
-        self.forces.iter().map(|f| f.get()).fold(plain.equilibrium.tolerance(), f64::min)
+    /// The least force tolerance, that `of_scene` included.
+    pub(super) fn tightest_force(&self, of_scene: f64) -> f64 {
+        self.forces.iter().map(|f| f.get()).fold(of_scene, f64::min)
     }
 
     /// Refuses what the scene file `scene` with `set` and the first of every one of `others` cannot have: errors of

@@ -108,7 +108,8 @@ impl Norm {
     /// Returns the norm of a model.
     pub(crate) fn of(model: &Model) -> Self {
         let all = |c: &crate::model::Chemistry| {
-            c.descriptor().species.iter().map(|s| (s.typical, s.location)).collect()
+            let species = c.descriptor().species.iter().zip(c.all_typical());
+            species.map(|(s, typical)| (typical, s.location)).collect()
         };
         let species = model.chemistry().map(all).unwrap_or_default();
         Self { moves: model.moves(), ..Self::new(model.sheet(), species) }

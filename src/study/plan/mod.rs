@@ -72,6 +72,13 @@ pub struct Point {
     /// Wall time after which it is given up, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limit: Option<u64>,
+    /// After so many times the processor time of the dearest complete member that differs in the first key alone it is
+    /// given up.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dearest: Option<u64>,
+    /// Number of the member that costs less: where that was given up, this one is too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cheaper: Option<usize>,
 }
 
 impl Plan {

@@ -6,12 +6,11 @@ mod memory;
 mod pool;
 mod rank_job;
 pub mod slurm;
+mod time_limit;
 mod timing;
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -20,13 +19,14 @@ pub use self::member::member;
 pub use self::memory::{MemoryEstimates, available};
 pub use self::pool::Pool;
 pub use self::rank_job::RankJob;
+pub(crate) use self::time_limit::limit_of;
+use self::time_limit::{TimeLimit, given_up_before, rivals};
 pub use self::timing::Timing;
 use super::gather::states::StateFile;
 use super::gather::{MemberStatus, measure, open_measures, status};
 use super::plan::Plan;
 use crate::kinetics::PluginSearch;
 use crate::model::Evaluation;
-use crate::num::Short;
 use crate::output::{Claim, Interrupt, Ledger, Progress, ResultDirectory};
 use crate::run::resume::{Resumed, resume};
 use crate::run::run::{self, Ending, Summary};
@@ -112,14 +112,16 @@ pub fn run(
         }
         // Of one that is resumed, results up to the checkpoint are kept.
         let kept = from.as_ref().map(Checkpoint::frame_times).unwrap_or_default();
-        let mut limit = TimeLimit::watch(point.limit, scene.time.span.until.get(), interrupt);
+        given_up_before(plan, root, point)?;
+        let watched = (point, scene.time.span.until.get());
+        let mut limit = TimeLimit::watch(watched, rivals(plan, root, number), interrupt);
         let mut record = Record::open(plan, &directory, kept)?;
         let observers: &mut [&mut dyn Observer] = &mut [&mut limit, &mut record];
         let observers = (from.as_ref(), observers);
         let summary =
             run::observed(&scene, &mut simulation, &directory, progress, interrupt, observers)?;
         let interrupted = summary.ending == Ending::Interrupted;
-        if let Some(error) = limit.error(summary.time, point.limit).filter(|_| interrupted) {
+        if let Some(error) = limit.error(summary.time).filter(|_| interrupted) {
             return Err(error);
         }
         if plan.repeats > 0 && !interrupted {
@@ -164,75 +166,5 @@ fn wait_for_others(path: &Path, interrupt: Interrupt) {
     let since = Instant::now();
     while Claim::in_use(path) && since.elapsed() < MAX_CLAIM_WAIT && !interrupt.requested() {
         thread::sleep(Duration::from_millis(50));
-    }
-}
-
-/// A run that has used this share of its time limit …
-const EARLY_TIME_SHARE: f64 = 0.2;
-/// … and not gone this share of its way is given up.
-const MIN_PROGRESS_SHARE: f64 = 0.01;
-
-/// Ends a run that takes too long.
-#[derive(Default)]
-struct TimeLimit {
-    /// The time that the run has reached, as bits.
-    reached: AtomicU64,
-    /// Whether it was ended, and whether for going too little of its way.
-    expired: AtomicBool,
-    early: AtomicBool,
-}
-
-impl TimeLimit {
-    /// Asks the run to `until` to end when it has taken `limit` seconds, or sooner if it does not get on.
-    fn watch(limit: Option<u64>, until: f64, interrupt: Interrupt) -> Arc<Self> {
-        let watch = Arc::new(Self::default());
-        if let Some(limit) = limit {
-            let watched = Arc::clone(&watch);
-            thread::spawn(move || {
-                let all = Duration::from_secs(limit);
-                thread::sleep(all.mul_f64(EARLY_TIME_SHARE));
-                if f64::from_bits(watched.reached.load(Ordering::SeqCst))
-                    > MIN_PROGRESS_SHARE * until
-                {
-                    thread::sleep(all.mul_f64(1.0 - EARLY_TIME_SHARE));
-                } else {
-                    watched.early.store(true, Ordering::SeqCst);
-                }
-                watched.expired.store(true, Ordering::SeqCst);
-                interrupt.request();
-            });
-        }
-        watch
-    }
-
-    /// The error of a run that was ended at `time` because of the `limit`.
-    fn error(&self, time: f64, limit: Option<u64>) -> Option<Error> {
-        let limit = limit.filter(|_| self.expired.load(Ordering::SeqCst))?;
-        let time = Short(time);
-        let why = match self.early.load(Ordering::SeqCst) {
-            false => String::new(),
-            true => format!(
-                "less than {} % of its way in {} % of ",
-                100.0 * MIN_PROGRESS_SHARE,
-                100.0 * EARLY_TIME_SHARE
-            ),
-        };
-        Some(Error::Incomplete(format!("given up at t = {time}: {why}{LIMIT_MESSAGE}{limit} s")))
-    }
-}
-
-/// Part of the message of a run that exceeded its time limit.
-const LIMIT_MESSAGE: &str = "the time limit of ";
-
-/// The time limit, s, that a member which failed with `reason` was given up for, if that is why.
-pub(crate) fn limit_of(reason: &str) -> Option<u64> {
-    let (_, limit) = reason.split_once(LIMIT_MESSAGE)?;
-    limit.split_once(' ')?.0.parse().ok()
-}
-
-impl Observer for Arc<TimeLimit> {
-    fn observe(&mut self, at: &mut Evaluation<'_>, _: &StepInfo<'_>) -> Result<()> {
-        self.reached.store(at.state().time.to_bits(), Ordering::SeqCst);
-        Ok(())
     }
 }

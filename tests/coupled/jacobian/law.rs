@@ -15,7 +15,7 @@ impl Everything {
             name: name.into(),
             unit: "1".into(),
             doc: String::new(),
-            typical: 1.0,
+            typical: Some(1.0),
             lower: f64::NEG_INFINITY,
             upper: f64::INFINITY,
             diffusion: 0.0,

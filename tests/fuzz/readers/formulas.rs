@@ -98,7 +98,7 @@ fn species(name: &str) -> Species {
         name: name.to_owned(),
         unit: "1".into(),
         doc: String::new(),
-        typical: 1.0,
+        typical: None,
         lower: f64::NEG_INFINITY,
         upper: f64::INFINITY,
         diffusion: 0.0,

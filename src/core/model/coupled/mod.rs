@@ -133,8 +133,7 @@ impl Coupled {
             all.resize(self.layout.mechanical(), atol * edge);
         }
         if let Some(chemistry) = self.model.chemistry() {
-            let typical: Vec<f64> =
-                chemistry.descriptor().species.iter().map(|s| atol * s.typical).collect();
+            let typical: Vec<f64> = chemistry.all_typical().iter().map(|c| atol * c).collect();
             for _ in 0..self.layout.points() {
                 all.extend_from_slice(&typical);
             }

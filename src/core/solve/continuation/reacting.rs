@@ -93,10 +93,8 @@ impl<F: ReactingFamily> Continuation<Reacting<F>> {
     ) -> Result<Self, F::Error> {
         let (model, _) = family.model(parameter)?;
         check(model.mechanics())?;
-        let typical: Vec<f64> = model
-            .chemistry()
-            .map(|chemistry| chemistry.descriptor().species.iter().map(|s| s.typical).collect())
-            .unwrap_or_default();
+        let typical: Vec<f64> =
+            model.chemistry().map(|chemistry| chemistry.all_typical()).unwrap_or_default();
         let points = start.species.first().map_or(0, Vec::len);
         let metric = Metric::new(model.sheet(), settings.scales(), (&typical, points));
         let follows = model.moves() && model.storage().mechanics == 0.0;

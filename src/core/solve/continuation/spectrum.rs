@@ -13,7 +13,7 @@
 
 use super::Unknowns;
 use crate::linear::largest_eigenvalues;
-use crate::model::{Coupled, Model};
+use crate::model::{Chemistry, Coupled, Model};
 use crate::solve::SolveError;
 
 /// Eigenvalues that are looked for at every point: of more none are known.
@@ -72,9 +72,10 @@ pub(super) fn nearest(
 pub(super) fn normalise(mode: &mut Unknowns, model: &Model) {
     let longest = mode.x.iter().max_by(|a, b| a.norm().total_cmp(&b.norm()));
     let by_shape = longest.map_or(0.0, |v| v.norm() * v[v.iamax()].signum());
-    let typical = model.chemistry().map(|chemistry| &chemistry.descriptor().species);
+    let typical = model.chemistry().map(Chemistry::all_typical);
     let species = mode.species.iter().zip(typical.into_iter().flatten());
-    let changes = species.flat_map(|(values, s)| values.iter().map(|value| value / s.typical));
+    let changes =
+        species.flat_map(|(values, typical)| values.iter().map(move |value| value / typical));
     let by_species = changes.max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(0.0);
     let size = if by_shape == 0.0 { by_species } else { by_shape };
     if size != 0.0 {

@@ -33,7 +33,7 @@ pub fn runaway(workspace: &mut Workspace, state: &State) -> Result<Option<Diagno
         let each =
             rates[s].iter().enumerate().map(|(i, rate)| (i, rate * state.species[s][i].signum()));
         let (point, rate) = each.max_by(|a, b| a.1.total_cmp(&b.1))?;
-        Some((s, point, rate / species[s].typical))
+        Some((s, point, rate / chemistry.typical(s)))
     };
     let fastest = (0..rates.len()).filter_map(largest).max_by(|a, b| a.2.total_cmp(&b.2));
     let Some((s, point, _)) = fastest else { return Ok(None) };
@@ -42,7 +42,7 @@ pub fn runaway(workspace: &mut Workspace, state: &State) -> Result<Option<Diagno
         return Ok(None);
     }
     let soon =
-        if c.abs() > BLOW_UP_RATIO * species[s].typical { BLOW_UP_TIME_SHARE } else { AT_ONCE };
+        if c.abs() > BLOW_UP_RATIO * chemistry.typical(s) { BLOW_UP_TIME_SHARE } else { AT_ONCE };
     let step = PROBE_CHANGE * c / rate;
     let mut later = state.clone();
     for (values, rates) in later.species.iter_mut().zip(&rates) {

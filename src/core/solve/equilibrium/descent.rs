@@ -24,7 +24,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::stop::{iterated, reached, same_energy, stalled};
-use super::{Equilibrium, Goal, Relaxation};
+use super::{Equilibrium, ForceTolerance, Goal, Relaxation};
 use crate::Vec3;
 use crate::model::{Mechanics, Potential};
 use crate::num::checked::{AtLeast, Fraction, Positive};
@@ -36,9 +36,8 @@ use crate::solve::{EquilibriumSpec, SolveError};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DescentSpec {
-    /// Largest force on a vertex that counts as rest, in units of the force at unit strain
-    /// (Y times the edge length).
-    pub tolerance: Positive,
+    /// Largest force on a vertex that counts as rest.
+    pub tolerance: ForceTolerance,
     /// Iterations after which a relaxation has failed.
     pub max_iterations: AtLeast<1>,
     /// A relaxation stops after this many steps, at rest or not, and that is not a failure: the bounded
@@ -54,7 +53,7 @@ pub struct DescentSpec {
 impl Default for DescentSpec {
     fn default() -> Self {
         Self {
-            tolerance: const { Positive::constant(1e-6) },
+            tolerance: ForceTolerance::Auto,
             max_iterations: const { AtLeast::constant(1_000_000) },
             steps: None,
             largest_move: const { Positive::constant(0.1) },
@@ -72,8 +71,8 @@ impl EquilibriumSpec for DescentSpec {
         }
     }
 
-    fn tolerance(&self) -> f64 {
-        self.tolerance.get()
+    fn tolerance(&self) -> ForceTolerance {
+        self.tolerance
     }
 
     fn max_iterations(&self) -> usize {

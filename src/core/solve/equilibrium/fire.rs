@@ -19,7 +19,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::stop::{iterated, reached, stalled};
-use super::{Equilibrium, Goal, Relaxation};
+use super::{Equilibrium, ForceTolerance, Goal, Relaxation};
 use crate::Vec3;
 use crate::model::{Mechanics, Potential};
 use crate::num::checked::{AtLeast, Fraction, Positive};
@@ -30,9 +30,8 @@ use crate::solve::{EquilibriumSpec, SolveError};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct FireSpec {
-    /// Largest force on a vertex that counts as rest, in units of the force at unit strain
-    /// (Y times the edge length).
-    pub tolerance: Positive,
+    /// Largest force on a vertex that counts as rest.
+    pub tolerance: ForceTolerance,
     /// Iterations after which a relaxation has failed.
     pub max_iterations: AtLeast<1>,
     /// Largest move of a vertex in one step, in mean edge lengths.
@@ -44,7 +43,7 @@ pub struct FireSpec {
 impl Default for FireSpec {
     fn default() -> Self {
         Self {
-            tolerance: const { Positive::constant(1e-6) },
+            tolerance: ForceTolerance::Auto,
             max_iterations: const { AtLeast::constant(200_000) },
             largest_move: const { Positive::constant(0.1) },
             area_share: const { Fraction::constant(0.4) },
@@ -58,8 +57,8 @@ impl EquilibriumSpec for FireSpec {
         "FIRE, fast inertial relaxation".into()
     }
 
-    fn tolerance(&self) -> f64 {
-        self.tolerance.get()
+    fn tolerance(&self) -> ForceTolerance {
+        self.tolerance
     }
 
     fn max_iterations(&self) -> usize {

@@ -195,7 +195,7 @@ impl Lbfgs {
         }
         let mut gradient = vec![Vec3::zeros(); x.len()];
         potential.energy_gradient(x, &mut gradient);
-        self.gauge = Gauge::new(potential, x, &gradient, self.options.tolerance.get());
+        self.gauge = Gauge::new(potential, x, &gradient, self.options.tolerance.on(potential));
         (self.factor.ready, self.factor.shift, self.factor.weight) = (false, DIAGONAL_SHIFT, 0.0);
         self.factorise(potential, x, HessianPart::Full, false).ok()
     }

@@ -8,6 +8,7 @@ mod descent;
 mod diagonal;
 mod displacement_loading;
 mod fire;
+mod force_tolerance;
 mod gauge;
 mod history;
 mod lbfgs;
@@ -19,6 +20,7 @@ pub use constrained::{CONSTRAINT_TOLERANCE, relax};
 pub use descent::{Descent, DescentSpec};
 pub(super) use displacement_loading::{MIN_AREA_SHARE, load_incrementally};
 pub use fire::{Fire, FireSpec};
+pub use force_tolerance::{FELT_LOAD_RATIO, ForceTolerance, largest_load};
 pub(in crate::solve) use gauge::Gauge;
 pub use lbfgs::{Collapse, Lbfgs, LbfgsSpec};
 pub use newton::{Newton, NewtonSpec};
@@ -214,9 +216,9 @@ impl Method {
         self.0.name()
     }
 
-    /// Largest force on a vertex that counts as rest, in units of the force scale.
+    /// Largest force on a vertex that counts as rest.
     #[must_use]
-    pub fn tolerance(&self) -> f64 {
+    pub fn tolerance(&self) -> ForceTolerance {
         self.0.tolerance()
     }
 

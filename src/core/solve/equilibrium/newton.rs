@@ -23,7 +23,7 @@ use super::super::low_rank::LowRankUpdate;
 use super::gauge::Gauge;
 use super::preconditioner::Preconditioner;
 use super::stop::{FORCE_FLOOR, iterated, reached, same_energy, stalled};
-use super::{Equilibrium, Goal, Relaxation, is_flat};
+use super::{Equilibrium, ForceTolerance, Goal, Relaxation, is_flat};
 use crate::Vec3;
 use crate::effects::{HessianPart, RankOneTerm};
 use crate::linear::{BlockCholesky, BlockMatrix, BlockPattern, LinearError, LinearSolver};
@@ -39,9 +39,8 @@ use crate::solve::{EquilibriumSpec, SolveError};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct NewtonSpec {
-    /// Largest force on a vertex that counts as rest, in units of the force at unit strain
-    /// (Y times the edge length).
-    pub tolerance: Positive,
+    /// Largest force on a vertex that counts as rest.
+    pub tolerance: ForceTolerance,
     /// Steps after which a relaxation has failed.
     pub max_iterations: AtLeast<1>,
     /// Largest distance of a vertex from the overdamped path in one step, in mean edge lengths.
@@ -55,7 +54,7 @@ pub struct NewtonSpec {
 impl Default for NewtonSpec {
     fn default() -> Self {
         Self {
-            tolerance: const { Positive::constant(1e-6) },
+            tolerance: ForceTolerance::Auto,
             max_iterations: const { AtLeast::constant(1000) },
             path_error: const { Positive::constant(0.1) },
             area_share: const { Fraction::constant(0.4) },
@@ -77,8 +76,8 @@ impl EquilibriumSpec for NewtonSpec {
         "linearly implicit overdamped motion, ending as Newton's method".into()
     }
 
-    fn tolerance(&self) -> f64 {
-        self.tolerance.get()
+    fn tolerance(&self) -> ForceTolerance {
+        self.tolerance
     }
 
     fn max_iterations(&self) -> usize {
@@ -434,7 +433,7 @@ impl Equilibrium for Newton {
         let (unit, terms) = self.set_hessian(potential, x).ok()?;
         let mut gradient = vec![Vec3::zeros(); x.len()];
         potential.energy_gradient(x, &mut gradient);
-        let gauge = Gauge::new(potential, x, &gradient, self.options.tolerance.get());
+        let gauge = Gauge::new(potential, x, &gradient, self.options.tolerance.on(potential));
         gauge.support(&mut self.matrix, unit);
         self.matrix.add_diagonal(MIN_SHIFT * unit);
         Some(self.factorise(potential.reduction(), &terms).is_some())

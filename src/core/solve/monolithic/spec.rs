@@ -101,6 +101,10 @@ impl IntegratorSpec for MonolithicSpec {
         Box::new(Self { rtol, atol, ..self.clone() })
     }
 
+    fn atol(&self) -> Option<f64> {
+        Some(self.atol.get())
+    }
+
     fn rtol(&self) -> Option<f64> {
         Some(self.rtol.get())
     }

@@ -129,6 +129,10 @@ impl IntegratorSpec for StaggeredSpec {
         Box::new(Self { rtol, atol, step, ..self.clone() })
     }
 
+    fn atol(&self) -> Option<f64> {
+        (self.method == Method::Heun).then(|| self.atol.get())
+    }
+
     fn rtol(&self) -> Option<f64> {
         (self.method != Method::Euler).then(|| self.rtol.get())
     }

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::super::Equilibrium;
 use super::super::preconditioner::{FactorPrecision, Preconditioner};
+use super::super::{Equilibrium, ForceTolerance};
 use super::Lbfgs;
 use crate::model::Mechanics;
 use crate::num::checked::{AtLeast, Fraction, Positive};
@@ -13,9 +13,8 @@ use crate::solve::{EquilibriumSpec, SolveError};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LbfgsSpec {
-    /// Largest force on a vertex that counts as rest, in units of the force at unit strain
-    /// (Y times the edge length).
-    pub tolerance: Positive,
+    /// Largest force on a vertex that counts as rest.
+    pub tolerance: ForceTolerance,
     /// Iterations after which a relaxation has failed.
     pub max_iterations: AtLeast<1>,
     /// Pairs remembered. More learn the soft directions sooner, each costs two products.
@@ -59,7 +58,7 @@ pub enum Collapse {
 impl Default for LbfgsSpec {
     fn default() -> Self {
         Self {
-            tolerance: const { Positive::constant(1e-6) },
+            tolerance: ForceTolerance::Auto,
             max_iterations: const { AtLeast::constant(3000) },
             memory: const { AtLeast::constant(20) },
             refresh: None,
@@ -78,8 +77,8 @@ impl EquilibriumSpec for LbfgsSpec {
         format!("L-BFGS, preconditioned by {}", self.preconditioner.describe())
     }
 
-    fn tolerance(&self) -> f64 {
-        self.tolerance.get()
+    fn tolerance(&self) -> ForceTolerance {
+        self.tolerance
     }
 
     fn max_iterations(&self) -> usize {
