@@ -32,6 +32,8 @@ pub(super) fn plan(axes: &[&str]) -> Plan {
         fingerprint: String::new(),
         size: 1,
         limit: None,
+        dearest: None,
+        cheaper: None,
     };
     let members = (0..count).map(point).collect();
     Plan {
@@ -42,8 +44,6 @@ pub(super) fn plan(axes: &[&str]) -> Plan {
         level: None,
         threads: 1,
         plugin_path: Vec::new(),
-        plugin_limit: 1.0,
-        isolate: false,
         states: false,
         repeats: 0,
         files: BTreeMap::new(),
