@@ -73,7 +73,7 @@ fn the_report_has_every_plot_and_every_run() {
         let panels = plots[plot]["panels"].as_array().unwrap();
         let curves = panels.iter().flat_map(|panel| panel["curves"].as_array().unwrap());
         let drawn = curves.filter(|curve| !curve["points"].as_array().unwrap().is_empty()).count();
-        assert!(drawn > 4, "{plot}: {panels:?}");
+        assert!(drawn >= 4, "{plot}: {panels:?}");
     }
     let rows = table(folder.path());
     // The stabilisations at the tighter tolerance but for that which equals it.

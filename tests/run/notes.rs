@@ -153,7 +153,7 @@ fn rumple_test(folder: &std::path::Path, args: &[&str]) -> String {
 }
 
 #[test]
-fn a_drag_that_nobody_gave_is_told() {
+fn a_default_drag_is_noted() {
     for policy in ["simultaneous", "chemistry-fast"] {
         let under = format!("time.policy=\"{policy}\"");
         let text = reported(&[&under]);

@@ -318,8 +318,7 @@ impl Staggered {
             Some(step) => step,
             None => self.first_step(workspace, state, until)?,
         };
-        let shortest =
-            self.relaxing_share(workspace) * SHORTEST_STEP * *self.first.get_or_insert(tried);
+        let shortest = self.shortest_step(workspace, tried);
         let now = workspace.at(state).signals()?.clone();
         let (mut report, mut first) = (StepReport::default(), true);
         loop {
@@ -367,6 +366,12 @@ impl Staggered {
                 return Err(self.gives_up(workspace, state, (time, tried)));
             }
         }
+    }
+
+    /// The step below which it gives up; `tried` is the first that is tried.
+    fn shortest_step(&mut self, workspace: &Workspace, tried: f64) -> f64 {
+        let first = *self.first.get_or_insert(tried);
+        SHORTEST_STEP * first * self.relaxing_share(workspace)
     }
 
     /// Why no step to `time` from `state` is short enough: of a quasi-static shape what leaves it without an equilibrium.

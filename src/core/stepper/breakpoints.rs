@@ -257,19 +257,8 @@ fn rates_at(
     let mut all = Vec::new();
     // A pulse that multiplies a species is not seen where there is none of it.
     for more in [0.0, 1.0] {
-        let values: Vec<Vec<f64>> = batch
-            .species
-            .iter()
-            .zip(&descriptor.species)
-            .zip(chemistry.all_typical())
-            .map(|((column, species), typical)| {
-                let mut values = spread(column);
-                values
-                    .iter_mut()
-                    .for_each(|c| *c = (*c + more * typical).clamp(species.lower, species.upper));
-                values
-            })
-            .collect();
+        let mut values: Vec<Vec<f64>> = batch.species.iter().map(spread).collect();
+        raise(&mut values, chemistry, more);
         let part = Batch {
             location: batch.location,
             first: 0,
@@ -289,6 +278,17 @@ fn rates_at(
         }
     }
     Some(all)
+}
+
+/// Adds `share` of the typical magnitudes to the values of all species, within their ranges.
+fn raise(values: &mut [Vec<f64>], chemistry: &Chemistry, share: f64) {
+    let species = &chemistry.descriptor().species;
+    for ((values, species), typical) in values.iter_mut().zip(species).zip(chemistry.all_typical())
+    {
+        values
+            .iter_mut()
+            .for_each(|c| *c = (*c + share * typical).clamp(species.lower, species.upper));
+    }
 }
 
 fn columns(all: &[Vec<f64>]) -> Vec<Column<'_>> {
