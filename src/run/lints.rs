@@ -194,10 +194,7 @@ pub(super) fn on_stability(scene: &Scene, workspace: &Workspace, notes: &mut Vec
 
 /// Inspects what pins leave free.
 fn on_pins(mechanics: &Mechanics, notes: &mut Vec<String>) {
-    // On a planar sheet z is not a degree of freedom.
-    let axes = if mechanics.is_planar() { 2 } else { 3 };
-    let all = mechanics.pins().iter().all(|fixed| fixed[..axes].iter().all(|fixed| *fixed));
-    if all && !mechanics.has_prescribed() {
+    if mechanics.all_pinned() && !mechanics.has_prescribed() {
         notes.push("pins fix every vertex along every axis: the shape does not move".into());
     }
 }

@@ -170,6 +170,13 @@ impl Mechanics {
         &self.pins
     }
 
+    /// Whether pins fix every degree of freedom; on a planar sheet z is none.
+    #[must_use]
+    pub fn all_pinned(&self) -> bool {
+        let axes = if self.is_planar() { 2 } else { 3 };
+        self.pins.iter().all(|fixed| fixed[..axes].iter().all(|fixed| *fixed))
+    }
+
     /// Whether no vertex moves along z.
     #[must_use]
     pub fn is_planar(&self) -> bool {

@@ -271,19 +271,17 @@ pub enum SolveError {
         /// Eigenvalues asked for.
         wanted: usize,
     },
-    /// A constraint that no shape near by meets.
-    #[error(
-        "the constraint {constraint} is not met: {value:.1e} is left of it after {rounds} rounds \
-         (at most 1e-9 is allowed); let its target change more slowly (ramp), or give it a stiffness \
-         instead"
-    )]
+    /// A constraint that no shape near by meets at rest.
+    #[error("{}", unmet(constraint, *value, *residual, *pinned))]
     Constraint {
         /// Its name.
         constraint: String,
         /// What should be 0.
         value: f64,
-        /// Relaxations tried.
-        rounds: usize,
+        /// Largest force where it is met, if it is.
+        residual: Option<f64>,
+        /// Whether pins fix every vertex.
+        pinned: bool,
     },
     /// An obstacle that a ramp moves comes too near to a shape in one step.
     #[error("{}", obstructed(*time, *pinned))]
@@ -353,6 +351,26 @@ fn lost(parameter: f64, step: f64) -> String {
          A triangle collapses there, the energy has a kink, or the mesh does not resolve the shape; try a finer mesh, or a \
          looser equilibrium.tolerance"
     )
+}
+
+/// What a constraint wants: a shape that meets it, or forces that come to rest where it is met.
+fn unmet(constraint: &str, value: f64, residual: Option<f64>, pinned: bool) -> String {
+    if pinned {
+        return format!(
+            "the constraint {constraint} is not met: {value:.1e} is left of it (at most 1e-9 is allowed), and pins fix \
+             every vertex: leave vertices free, or the constraint out"
+        );
+    }
+    let advice = "let its target change more slowly (ramp), or give it a stiffness instead";
+    match residual {
+        Some(residual) => format!(
+            "the forces under the constraint {constraint} do not come to rest: it is met, and the largest force is \
+             {residual:.1e} (units of Y times the edge length); a larger equilibrium.tolerance, or {advice}"
+        ),
+        None => format!(
+            "the constraint {constraint} is not met: {value:.1e} is left of it (at most 1e-9 is allowed); {advice}"
+        ),
+    }
 }
 
 /// Why an obstacle that moves comes no further before `time`.

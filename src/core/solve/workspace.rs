@@ -227,7 +227,8 @@ impl Workspace {
         if !(left <= equilibrium::CONSTRAINT_TOLERANCE) {
             let names = self.model.mechanics().constraint_names();
             let constraint = names.collect::<Vec<_>>().join(", ");
-            return Err(SolveError::Constraint { constraint, value: left, rounds: 1 });
+            let pinned = self.model.mechanics().all_pinned();
+            return Err(SolveError::Constraint { constraint, value: left, residual: None, pinned });
         }
         state.x = x.into();
         Ok(())

@@ -37,6 +37,7 @@ pub fn relax(
     let mut done = Relaxation::default();
     let mut gradient = vec![Vec3::zeros(); x.len()];
     potential.balance(x, true);
+    let mut largest = None;
     for _ in 0..MAX_ROUNDS {
         let left = goal.max_iterations.saturating_sub(done.iterations);
         let round = method
@@ -56,6 +57,7 @@ pub fn relax(
                 x.copy_from_slice(&near);
                 return Ok(done);
             }
+            largest = Some(residual);
         }
         if before == after {
             break;
@@ -66,5 +68,6 @@ pub fn relax(
     let names = potential.mechanics().constraint_names();
     let worst = names.zip(&values).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
     let (constraint, value) = worst.map_or_else(Default::default, |(n, g)| (n.to_owned(), *g));
-    Err(SolveError::Constraint { constraint, value, rounds: MAX_ROUNDS })
+    let pinned = potential.mechanics().all_pinned();
+    Err(SolveError::Constraint { constraint, value, residual: largest, pinned })
 }
