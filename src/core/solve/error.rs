@@ -28,7 +28,7 @@ fn other_ways(residual: f64, tolerance: f64, iterations: Option<usize>) -> Strin
     }
     format!(
         "{}{}equilibrium.largest_move = 0.2, equilibrium.preconditioner = \"multigrid\", \
-         equilibrium.method = \"newton\" or \"fire\", or smaller changes per step \
+         equilibrium.method = \"newton\", or smaller changes per step \
          (time.integrator.longest_step or rtol)",
         if ways.is_empty() { "try " } else { "try, in this order, " },
         ways.iter().map(|way| format!("{way}, ")).collect::<String>(),

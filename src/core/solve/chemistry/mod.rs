@@ -8,13 +8,10 @@
 //! | --- | --- | --- |
 //! | `euler` | one explicit step; with moving signals Heun's, of second order | the paper's update |
 //! | `chebyshev` | stabilised explicit, of second order, under error control | diffusion, mild kinetics |
-//! | `exponential` | exact for what is linear, of third order, under error control | linear decay of any speed |
 //! | `tsit45` | explicit, of fifth order, under error control | smooth and not stiff |
 //! | `bdf`, `tr-bdf2`, `esdirk34` | implicit, under error control | stiff kinetics |
 
 pub mod chebyshev;
-mod exponential;
-mod krylov;
 mod steady;
 
 pub(super) use steady::{Leap, SteadyChemistry};
@@ -79,8 +76,6 @@ pub enum ChemistryMethod {
     Euler,
     /// Runge-Kutta-Chebyshev.
     Chebyshev,
-    /// Exponential Rosenbrock.
-    Exponential,
     /// Explicit Runge-Kutta of Tsitouras, order 5.
     Tsit45,
     /// Backward differences of variable order.
@@ -98,7 +93,6 @@ impl ChemistryMethod {
         match self {
             Self::Euler => "Euler",
             Self::Chebyshev => "Chebyshev",
-            Self::Exponential => "exponential",
             Self::Tsit45 => OdeMethod::Tsit45.name(),
             Self::Bdf => OdeMethod::Bdf.name(),
             Self::TrBdf2 => OdeMethod::TrBdf2.name(),
@@ -113,7 +107,7 @@ impl ChemistryMethod {
         match self {
             Self::Chebyshev | Self::TrBdf2 => 2.0 / 3.0,
             Self::Esdirk34 => 3.0 / 4.0,
-            Self::Euler | Self::Exponential | Self::Tsit45 | Self::Bdf => 1.0,
+            Self::Euler | Self::Tsit45 | Self::Bdf => 1.0,
         }
     }
 }
@@ -150,7 +144,7 @@ impl ChemistrySteps {
         }
         let _scope = counters::part(workspace.model.tally(), counters::CHEMISTRY);
         match self.method {
-            ChemistryMethod::Euler | ChemistryMethod::Chebyshev | ChemistryMethod::Exponential => {
+            ChemistryMethod::Euler | ChemistryMethod::Chebyshev => {
                 self.by_own_method(workspace, state, until, signals, tolerance)
             }
             ChemistryMethod::Tsit45 => {
@@ -203,9 +197,6 @@ impl ChemistrySteps {
         let control = &workspace.control;
         match self.method {
             ChemistryMethod::Euler => euler(coupled, (state.time, until), still, &mut y)?,
-            ChemistryMethod::Exponential => {
-                exponential::integrate(coupled, control, &tolerance, (state.time, until), &mut y)?;
-            }
             _ => {
                 let times = if still { vec![until] } else { vec![state.time, until] };
                 let bound = coupled.spectral_bound(&times)?;
