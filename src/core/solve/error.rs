@@ -3,6 +3,7 @@
 use super::diagnosis::Diagnosis;
 use crate::linear::LinearError;
 use crate::model::ModelError;
+use crate::num::Short;
 use crate::ode::{Failure, OdeError};
 
 /// Shorthand for results with [`SolveError`].
@@ -174,6 +175,20 @@ pub enum SolveError {
         time: f64,
         /// The step that would have been tried next.
         step: f64,
+    },
+    /// Steps lead nowhere.
+    #[error(
+        "steps of {step:.1e} lead nowhere at time {}: {fastest}; try smaller rates, a stiff method (time.integrator = \
+         {{ kind = \"monolithic\" }}), or an end of the run on the time scale of these rates (time.until)",
+        Short(*time)
+    )]
+    NoProgress {
+        /// Time reached.
+        time: f64,
+        /// The length of the steps.
+        step: f64,
+        /// The fastest rate.
+        fastest: String,
     },
     /// The rates change too fast for any step, or a triangle has no area.
     #[error(
@@ -385,6 +400,7 @@ impl SolveError {
             | Self::Pairing(_)
             | Self::Start { .. }
             | Self::Unresolved { .. }
+            | Self::NoProgress { .. }
             | Self::Inadmissible { .. } => false,
             Self::Problem { recoverable, .. } => *recoverable,
             _ => true,
@@ -417,6 +433,10 @@ impl From<OdeError> for SolveError {
         match error {
             OdeError::NotFinite => Self::NotFinite,
             OdeError::Linear(error) => Self::Linear(error),
+            OdeError::TooFast { step } => {
+                let fastest = "a rate is too large for any step".into();
+                Self::NoProgress { time: 0.0, step, fastest }
+            }
             OdeError::Stopped { method, time, message } => {
                 Self::Integrator { method, time, message }
             }
