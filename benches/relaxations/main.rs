@@ -36,11 +36,10 @@ use list::Entry;
 use report::{Outcome, Results};
 
 /// Name and overrides; the first is what a scene without `[equilibrium]` gets.
-pub const METHODS: [(&str, &str); 5] = [
+pub const METHODS: [(&str, &str); 4] = [
     ("default", ""),
     ("multigrid", "equilibrium.preconditioner=\"multigrid\""),
     ("newton", "equilibrium.method=\"newton\""),
-    ("fire", "equilibrium.method=\"fire\""),
     ("descent", "equilibrium.method=\"descent\""),
 ];
 

@@ -11,7 +11,7 @@ use crate::model::{Evaluation, Model, Start, State};
 use crate::record::{Malformed, Record};
 use crate::sheet::is_turned;
 use crate::solve::equilibrium::Relaxation;
-use crate::solve::{Integrator, Result, SolveError, StepReport, Workspace, chemistry};
+use crate::solve::{Integrator, Progress, Result, SolveError, StepReport, Workspace, chemistry};
 
 pub use breakpoints::Breakpoints;
 
@@ -29,6 +29,8 @@ pub struct Stepper {
     pub area: VertexArea,
     /// Times at which steps end.
     pub breakpoints: Breakpoints,
+    /// Whether steps lead anywhere.
+    pub(crate) progress: Progress,
 }
 
 /// What a [`Stepper`] remembers besides its state: with both, one that is newly made of the same problem makes the same
@@ -177,6 +179,7 @@ impl Stepper {
             return Err(SolveError::NoStep { time, until }.into());
         }
         self.check()?;
+        self.progress.check(&mut self.workspace, &self.state)?;
         self.hold();
         let work = self.model().tally().work();
         let (causes, not_finite) =
@@ -196,8 +199,10 @@ impl Stepper {
             self.state.time = window.shown_time;
         }
         self.model().tally().count(|work| work.steps += 1);
+        let work = self.model().tally().work() - work;
+        self.progress.count(self.state.time - time, until - time, work.substeps);
         Ok(StepReport {
-            work: self.model().tally().work() - work,
+            work,
             rejected: self.workspace.rejections().causes().since(causes),
             not_finite: self.model().not_finite() - not_finite,
             ..report

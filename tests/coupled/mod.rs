@@ -3,11 +3,13 @@
 mod branches;
 mod chemistry;
 mod curvature;
+mod first_steps;
 mod floating;
 mod folds;
 mod hazards;
 mod jacobian;
 mod motion;
+mod negative;
 mod policies;
 mod quasi_static;
 pub mod ranks;

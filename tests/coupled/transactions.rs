@@ -28,7 +28,7 @@ const CASES: [&[&str]; 11] = [
     ],
     &[
         "time.policy=\"quasi-static\"",
-        "time.integrator={ kind = \"staggered\", chemistry = \"exponential\" }",
+        "time.integrator={ kind = \"staggered\", chemistry = \"bdf\" }",
     ],
     &["time.policy=\"quasi-static\"", "equilibrium.preconditioner=\"multigrid\""],
     &["time.policy=\"simultaneous\"", "time.integrator=\"staggered\""],

@@ -297,7 +297,7 @@ fn evaluations_keep_nothing() {
 /// A relaxation evaluates every energy equally often: as often as it says.
 #[test]
 fn a_relaxation_evaluates_each_energy_as_often_as_it_reports() {
-    for method in ["lbfgs", "newton", "fire", "descent"] {
+    for method in ["lbfgs", "newton", "descent"] {
         let text = format!(
             "sheet = {{ shape = 'disc', radius = 6.0, vertices = 200, bump = {{ amplitude = 0.3, width = 2.0 }} }}
              time = {{ until = 1.0 }}

@@ -8,8 +8,8 @@ use rumple::effects::Material;
 use rumple::model::Potential;
 use rumple::sheet::{Shape, Sheet, generate};
 use rumple::solve::equilibrium::{
-    Descent, DescentSpec, Equilibrium, Fire, FireSpec, Goal, Lbfgs, LbfgsSpec, Newton, NewtonSpec,
-    Preconditioner, Relaxation,
+    Descent, DescentSpec, Equilibrium, Goal, Lbfgs, LbfgsSpec, Newton, NewtonSpec, Preconditioner,
+    Relaxation,
 };
 
 use super::both;
@@ -77,7 +77,6 @@ fn methods(mechanics: &Potential) -> Vec<(&'static str, Box<dyn Equilibrium>, f6
             Box::new(Newton::new(mechanics.mechanics(), NewtonSpec::default()).unwrap()),
             1e-8,
         ),
-        ("fire", Box::new(Fire::new(FireSpec::default())), 1e-4),
         ("descent", Box::new(Descent::new(DescentSpec::default())), 1e-3),
     ]
 }

@@ -1,4 +1,4 @@
-//! Newton, FIRE and steepest descent reach the minimum that L-BFGS reaches, and fail in the same words.
+//! Newton and steepest descent reach the minimum that L-BFGS reaches, and fail in the same words.
 
 use std::sync::Arc;
 
@@ -7,8 +7,7 @@ use rumple::effects::Material;
 use rumple::model::{Mechanics, Potential};
 use rumple::solve::SolveError;
 use rumple::solve::equilibrium::{
-    Descent, DescentSpec, Equilibrium, Fire, FireSpec, Goal, Lbfgs, LbfgsSpec, Newton, NewtonSpec,
-    Relaxation,
+    Descent, DescentSpec, Equilibrium, Goal, Lbfgs, LbfgsSpec, Newton, NewtonSpec, Relaxation,
 };
 
 use super::both;
@@ -17,7 +16,6 @@ use crate::common::{Noise, irregular};
 fn method(name: &str, mechanics: &Mechanics) -> Box<dyn Equilibrium> {
     match name {
         "newton" => Box::new(Newton::new(mechanics, NewtonSpec::default()).unwrap()),
-        "fire" => Box::new(Fire::new(FireSpec::default())),
         "descent" => Box::new(Descent::new(DescentSpec::default())),
         _ => Box::new(Lbfgs::new(mechanics, LbfgsSpec::default()).unwrap()),
     }
@@ -63,7 +61,7 @@ fn relax(
 fn they_reach_the_minimum_of_lbfgs() {
     let (mut mechanics, start) = mild();
     let mut results = Vec::new();
-    for name in ["lbfgs", "newton", "fire", "descent"] {
+    for name in ["lbfgs", "newton", "descent"] {
         let mut solver = method(name, mechanics.mechanics());
         let mut x = start.clone();
         let limit = 1_000_000;
@@ -73,8 +71,6 @@ fn they_reach_the_minimum_of_lbfgs() {
         println!("{name}: {done:?} {work:?}");
         assert_eq!(work.iterations, done.iterations as u64, "{name}");
         assert!(done.residual <= 1e-8 && work.gradients > work.iterations, "{name} {work:?}");
-        // One for the start, one a step.
-        assert!(name != "fire" || work.gradients == work.iterations + 1, "{work:?}");
         assert_eq!(work.factorisations == 0, !["lbfgs", "newton"].contains(&name), "{name}");
         results.push((name, done, x));
     }
@@ -89,7 +85,7 @@ fn they_reach_the_minimum_of_lbfgs() {
         assert!(apart < 1e-4, "{name} {apart}");
     }
     let iterations = |k: usize| results[k].1.iterations;
-    assert!(iterations(1) < iterations(2) && iterations(2) < iterations(3));
+    assert!(iterations(1) < iterations(2));
 }
 
 #[test]
@@ -103,7 +99,7 @@ fn descent_never_goes_uphill_and_both_are_the_same_on_any_number_of_threads() {
         energies.push(mechanics.energy(&x));
     }
     assert!(energies.is_sorted_by(|a, b| a > b), "{energies:?}");
-    for name in ["fire", "descent"] {
+    for name in ["descent"] {
         let shapes: Vec<Vec<Vec3>> = [1, 3]
             .map(|threads| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -122,7 +118,7 @@ fn descent_never_goes_uphill_and_both_are_the_same_on_any_number_of_threads() {
 #[test]
 fn they_fail_in_the_words_of_the_others() {
     let (mut mechanics, start) = mild();
-    for name in ["fire", "descent"] {
+    for name in ["descent"] {
         let mut solver = method(name, mechanics.mechanics());
         let mut x = start.clone();
         let error = relax(&mut *solver, &mut mechanics, &mut x, 1e-9, 5).unwrap_err();
@@ -141,7 +137,7 @@ fn they_fail_in_the_words_of_the_others() {
 /// A vertex is pushed against the opposite edge of its triangles: no step may turn one over.
 #[test]
 fn no_triangle_turns_over() {
-    for name in ["fire", "descent"] {
+    for name in ["descent"] {
         let (mut mechanics, mut x) = mild();
         let sheet = Arc::clone(mechanics.sheet());
         let normal = |x: &[Vec3], t: usize| {

@@ -70,7 +70,6 @@ fn equilibrium_methods_agree() {
         ("method=\"lbfgs\",preconditioner=\"factor\",precision=\"single\"", 1e-11),
         ("method=\"lbfgs\",preconditioner=\"multigrid\"", 1e-11),
         ("method=\"newton\"", 1e-11),
-        ("method=\"fire\"", 1e-10),
         ("method=\"descent\"", 1e-9),
     ] {
         let method = format!("equilibrium={{{method},tolerance={tolerance:e}}}");

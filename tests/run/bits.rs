@@ -70,12 +70,11 @@ const QUASI_STATIC_POLICY: &[&str] = &["quasi-static"];
 /// Integrators with the policies that they fit, the time to which they run, and the time between checkpoints where those
 /// are a part of what is computed.
 #[rustfmt::skip]
-const INTEGRATORS: [(&str, &[&str], &str, Option<&str>); 11] = [
+const INTEGRATORS: [(&str, &[&str], &str, Option<&str>); 10] = [
     ("kind=\"staggered\",rtol=1e-3,atol=1e-3", ALL_POLICIES, "0.01", None),
     ("kind=\"staggered\",method=\"euler\",step=0.002", ALL_POLICIES, "0.01", None),
     ("kind=\"staggered\",rtol=1e-3,atol=1e-3,shape=\"euler\"", MOVING_POLICIES, "0.006", None),
     ("kind=\"staggered\",rtol=1e-3,atol=1e-3,chemistry=\"bdf\"", SIMULTANEOUS_POLICY, "0.003", None),
-    ("kind=\"staggered\",rtol=1e-3,atol=1e-3,chemistry=\"exponential\"", QUASI_STATIC_POLICY, "0.01", None),
     ("kind=\"staggered\",rtol=1e-3,atol=1e-3,chemistry=\"esdirk34\"", QUASI_STATIC_POLICY, "0.01", None),
     ("kind=\"monolithic\",method=\"bdf\",rtol=1e-3,atol=1e-3", ALL_POLICIES, "0.003", Some("0.001")),
     ("kind=\"monolithic\",method=\"tr-bdf2\",rtol=1e-3,atol=1e-3", ALL_POLICIES, "0.003", Some("0.001")),

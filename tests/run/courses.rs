@@ -75,7 +75,6 @@ fn no_integrator_steps_over_a_smooth_pulse() {
         ("{ kind = 'staggered' }", 0.05),
         ("{ kind = 'staggered', rtol = 1e-4, atol = 1e-4 }", 3e-3),
         ("{ kind = 'staggered', chemistry = 'bdf' }", 0.05),
-        ("{ kind = 'staggered', chemistry = 'exponential' }", 0.05),
         ("{ kind = 'staggered', chemistry = 'tsit45' }", 0.05),
     ];
     let mut wrong = Vec::new();

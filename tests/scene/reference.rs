@@ -177,7 +177,6 @@ const TABLES: [(&str, &str, &[&str]); 33] = [
             "equilibrium = { method = \"lbfgs\", precision = \"impossible\" }",
             "equilibrium = { method = \"lbfgs\", collapse = \"impossible\" }",
             "equilibrium = { method = \"newton\", impossible = 0 }",
-            "equilibrium = { method = \"fire\", impossible = 0 }",
             "equilibrium = { method = \"descent\", impossible = 0 }",
         ],
     ),

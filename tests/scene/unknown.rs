@@ -150,6 +150,24 @@ fn unknown_names_show_the_allowed_ones_and_the_nearest() {
     );
 }
 
+#[test]
+fn removed_names_say_what_to_write_instead() {
+    let staggered = "{ kind = \"staggered\", chemistry = \"exponential\" }";
+    for (from, to, instead) in [
+        ("\"descent\"", "\"fire\"", "fire is removed: write \"lbfgs\""),
+        (
+            "{ kind = \"monolithic\", rtol = 1e-3 }",
+            staggered,
+            "exponential is removed: write \"bdf\"",
+        ),
+    ] {
+        let error = refused(&SCENE.replacen(from, to, 1), &[]);
+        assert!(error.message().contains("unknown"), "{error}");
+        let help = error.advice().unwrap();
+        assert!(help.starts_with(instead) && help.contains("allowed"), "{help}");
+    }
+}
+
 /// The registries grow with the engine, so only the beginning and the nearest word are fixed.
 #[test]
 fn unknown_kinds_of_a_registry() {

@@ -33,7 +33,7 @@ fn kinds_are_those_of_the_registries() {
     let integrators = &schema["properties"]["time"]["properties"]["integrator"];
     assert_eq!(names(integrators, "kind"), BTreeSet::from(["explicit", "monolithic", "staggered"]));
     let methods = &schema["properties"]["equilibrium"];
-    assert_eq!(names(methods, "method"), BTreeSet::from(["descent", "fire", "lbfgs", "newton"]));
+    assert_eq!(names(methods, "method"), BTreeSet::from(["descent", "lbfgs", "newton"]));
     let shapes = names(&schema["properties"]["sheet"], "shape");
     assert!(shapes.contains("annulus") && shapes.contains("point"), "{shapes:?}");
 }

@@ -220,11 +220,13 @@ impl DocumentError {
                     "" => format!("unknown {noun} {name:?}"),
                     _ => format!("{path}: unknown {noun} {name:?}"),
                 };
-                (
-                    message,
-                    format!("unknown {noun}"),
-                    Some(choices_in_words(name, ALLOWED_TITLE, allowed)),
-                )
+                let choices = choices_in_words(name, ALLOWED_TITLE, allowed);
+                let removed = REMOVED.iter().find(|removed| removed.0 == name);
+                let help = match removed {
+                    Some((_, instead)) => format!("{name} is removed: {instead}; {choices}"),
+                    None => choices,
+                };
+                (message, format!("unknown {noun}"), Some(help))
             }
             What::Mismatch { expected, found } => {
                 let subject = if path.is_empty() { "the value" } else { &path };
@@ -271,6 +273,12 @@ fn formula_in_a_table(key: &str, allowed: &[String]) -> Option<String> {
         )
     })
 }
+
+/// Names that scenes could have, and what to write instead.
+const REMOVED: [(&str, &str); 2] = [
+    ("fire", "write \"lbfgs\", the default, or \"descent\" for the overdamped motion"),
+    ("exponential", "write \"bdf\" for fast kinetics, or \"chebyshev\", the default"),
+];
 
 /// What a list of choices is called.
 pub const ALLOWED_TITLE: &str = "allowed";

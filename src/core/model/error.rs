@@ -88,6 +88,24 @@ pub enum ModelError {
         /// Whether a smaller step may do without the failure there.
         recoverable: bool,
     },
+    /// An error of the integration made a species negative.
+    #[error(
+        "species `{species}` becomes {value:e} at {} {point} at time {time}, below 0 by more than the tolerance, and its \
+         law does not make it negative: try a smaller time.integrator.atol",
+        location.noun()
+    )]
+    Negative {
+        /// The species.
+        species: String,
+        /// Where species live.
+        location: Location,
+        /// Number of the point.
+        point: usize,
+        /// The value there.
+        value: f64,
+        /// End time of the step.
+        time: f64,
+    },
     /// A species left its valid range by more than the tolerance.
     #[error(
         "species `{species}` becomes {value:e} at {} {point} at time {time}; it is valid from {} to \
@@ -136,6 +154,7 @@ impl ModelError {
             Self::Kinetics(error) => error.is_recoverable(),
             Self::Sheet(_)
             | Self::OutOfRange { .. }
+            | Self::Negative { .. }
             | Self::Internal { .. }
             | Self::Coefficient { .. } => true,
             Self::Elsewhere { recoverable } => *recoverable,

@@ -44,7 +44,7 @@ use crate::model::{
 use crate::sheet::Sheet;
 use crate::solve::equilibrium::LbfgsSpec;
 use crate::solve::staggered::StaggeredSpec;
-use crate::solve::{EquilibriumSpec, IntegratorSpec, Workspace};
+use crate::solve::{EquilibriumSpec, IntegratorSpec, Progress, Workspace};
 use crate::stepper::{Breakpoints, Stepper};
 use crate::tally::Tally;
 pub use error::{Part, ProblemError};
@@ -271,7 +271,8 @@ impl<'a> Problem<'a> {
         let mut workspace = Workspace::new(Arc::new(model), relaxer);
         workspace.stabilisation = Stabilisation { share: self.stabilisation, span: self.until };
         let start = self.start;
-        Ok(Stepper { workspace, state, integrator, start, area, breakpoints })
+        let progress = Progress::default();
+        Ok(Stepper { workspace, state, integrator, start, area, breakpoints, progress })
     }
 
     /// The model alone, without solvers, and its start: the rest shape without any species.

@@ -3,6 +3,7 @@
 use super::diagnosis::Diagnosis;
 use crate::linear::LinearError;
 use crate::model::ModelError;
+use crate::num::Short;
 use crate::ode::{Failure, OdeError};
 
 /// Shorthand for results with [`SolveError`].
@@ -28,7 +29,7 @@ fn other_ways(residual: f64, tolerance: f64, iterations: Option<usize>) -> Strin
     }
     format!(
         "{}{}equilibrium.largest_move = 0.2, equilibrium.preconditioner = \"multigrid\", \
-         equilibrium.method = \"newton\" or \"fire\", or smaller changes per step \
+         equilibrium.method = \"newton\", or smaller changes per step \
          (time.integrator.longest_step or rtol)",
         if ways.is_empty() { "try " } else { "try, in this order, " },
         ways.iter().map(|way| format!("{way}, ")).collect::<String>(),
@@ -174,6 +175,20 @@ pub enum SolveError {
         time: f64,
         /// The step that would have been tried next.
         step: f64,
+    },
+    /// Steps lead nowhere.
+    #[error(
+        "steps of {step:.1e} lead nowhere at time {}: {fastest}; try smaller rates, a stiff method (time.integrator = \
+         {{ kind = \"monolithic\" }}), or an end of the run on the time scale of these rates (time.until)",
+        Short(*time)
+    )]
+    NoProgress {
+        /// Time reached.
+        time: f64,
+        /// The length of the steps.
+        step: f64,
+        /// The fastest rate.
+        fastest: String,
     },
     /// The rates change too fast for any step, or a triangle has no area.
     #[error(
@@ -403,6 +418,7 @@ impl SolveError {
             | Self::Pairing(_)
             | Self::Start { .. }
             | Self::Unresolved { .. }
+            | Self::NoProgress { .. }
             | Self::Inadmissible { .. } => false,
             Self::Problem { recoverable, .. } => *recoverable,
             _ => true,
@@ -435,6 +451,10 @@ impl From<OdeError> for SolveError {
         match error {
             OdeError::NotFinite => Self::NotFinite,
             OdeError::Linear(error) => Self::Linear(error),
+            OdeError::TooFast { step } => {
+                let fastest = "a rate is too large for any step".into();
+                Self::NoProgress { time: 0.0, step, fastest }
+            }
             OdeError::Stopped { method, time, message } => {
                 Self::Integrator { method, time, message }
             }

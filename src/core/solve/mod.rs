@@ -16,6 +16,8 @@ mod internal_variables;
 pub mod linear_solvers;
 mod low_rank;
 pub mod monolithic;
+mod positivity;
+mod progress;
 pub mod rejections;
 mod route;
 pub mod stability;
@@ -23,6 +25,7 @@ pub mod staggered;
 mod workspace;
 
 pub use error::{Result, SolveError};
+pub(crate) use progress::Progress;
 pub use workspace::Relaxer;
 pub use workspace::{Control, Workspace};
 

@@ -15,10 +15,13 @@ use std::sync::Arc;
 
 use super::chemistry::{Leap, SteadyChemistry};
 use super::diagnosis::{Diagnosis, Reason};
+use super::positivity;
+use super::progress::no_progress;
+use super::rejections::Rejection;
 use super::{Control, Integrator, Result, SolveError, StepReport, Workspace, counters};
 use crate::linear::{LinearChoice, Sparse};
 use crate::model::{Coupled, Layout, Model, ModelError, Part, Positions, State, TimeCourse};
-use crate::ode::{Failure, Integration, OdeMethod, OdeProblem, Options, Rejected};
+use crate::ode::{Failure, Integration, OdeError, OdeMethod, OdeProblem, Options, Rejected};
 use crate::tally::Meter;
 
 /// Steps after which a run restarts the integration, so that it can be continued from there: what diffsol
@@ -135,7 +138,12 @@ impl Monolithic {
     }
 
     /// Restarts from `state`; layout, patterns and analyses stay.
-    fn restart(&mut self, workspace: &Workspace, state: &State, until: f64) -> Result<()> {
+    fn restart(
+        &mut self,
+        workspace: &Workspace,
+        state: &State,
+        until: f64,
+    ) -> Result<(), OdeError> {
         let span = until - state.time;
         let begin = |coupled: &mut Coupled| {
             coupled.start(state);
@@ -150,7 +158,7 @@ impl Monolithic {
                 problem.control = workspace.control.clone();
                 begin(&mut problem.coupled)
             });
-            return Ok(integration.restart(state.time, start.unwrap_or_default(), span)?);
+            return integration.restart(state.time, start.unwrap_or_default(), span);
         }
         let mut coupled = Coupled::new(&workspace.model, self.part);
         let unknowns = coupled.layout().unknowns();
@@ -180,8 +188,30 @@ impl Monolithic {
         Ok(())
     }
 
-    /// One step that does not pass `until`; on an error `state` is as before.
+    /// One step that does not pass `until`, from values raised to 0 where it leads below; on an error `state` is as before.
     pub(super) fn step(
+        &mut self,
+        workspace: &mut Workspace,
+        state: &mut State,
+        until: f64,
+    ) -> Result<StepReport> {
+        match self.attempt(workspace, state, until) {
+            Err(error @ SolveError::Model(ModelError::Negative { .. })) => {
+                let mut raised = positivity::raised(workspace, state, (self.rtol, self.atol))?;
+                if self.part == Part::Whole {
+                    let message = error.to_string();
+                    let new = Rejection::of(state, f64::NAN, error.cause());
+                    workspace.reject(Rejection { message, ..new });
+                }
+                let report = self.attempt(workspace, &mut raised, until)?;
+                *state = raised;
+                Ok(report)
+            }
+            done => done,
+        }
+    }
+
+    fn attempt(
         &mut self,
         workspace: &mut Workspace,
         state: &mut State,
@@ -192,7 +222,10 @@ impl Monolithic {
         let _scope = meter.scope(0);
         let here = |running: &Running| running.at.as_ref() == Some(state);
         if !self.running.as_ref().is_some_and(here) {
-            self.restart(workspace, state, until)?;
+            self.restart(workspace, state, until).map_err(|error| match error {
+                OdeError::TooFast { step } => no_progress(workspace, state, step),
+                error => error.into(),
+            })?;
         }
         let Some(Running { integration, layout, at, unsettled }) = &mut self.running else {
             return Err(SolveError::NotFinite);
@@ -208,7 +241,10 @@ impl Monolithic {
         let mut accept = |time: f64, y: &[f64]| {
             layout.unpack(model.mechanics(), time, y, &mut next);
             let kept = model.keep_in_range(&mut next.species, time, tolerance);
-            kept.map_err(|e| SolveError::from(e).into_failure())
+            kept.map_err(|e| SolveError::from(e).into_failure())?;
+            // No shorter step from the same values leads elsewhere.
+            positivity::check(workspace, state, &next, tolerance)
+                .map_err(|e| Failure { recoverable: false, ..e.into_failure() })
         };
         let stepped = integration.step(until, &mut accept, &mut rejected);
         match self.part {

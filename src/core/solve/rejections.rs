@@ -70,7 +70,9 @@ impl SolveError {
             Self::Model(ModelError::OutOfRange { value, .. }) if !value.is_finite() => {
                 Cause::NotFinite
             }
-            Self::Model(ModelError::OutOfRange { .. }) => Cause::Range,
+            Self::Model(ModelError::OutOfRange { .. } | ModelError::Negative { .. }) => {
+                Cause::Range
+            }
             Self::Model(ModelError::Sheet(_)) | Self::Collapsed { .. } => Cause::Collapse,
             Self::NotAtRest { diagnosis, .. } if diagnosis.reason == Reason::Mesh => {
                 Cause::Collapse

@@ -10,6 +10,8 @@
 
 use std::ops::Range;
 
+use rumple_numerics::num::checked::{LARGEST, SMALLEST};
+
 use super::foreign_names::written_here;
 use crate::error::nearest;
 
@@ -191,6 +193,10 @@ fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, FormulaError> {
             let Some(value) = value else {
                 return Err(FormulaError::new(start..at, "not a finite number"));
             };
+            if value != 0.0 && !(SMALLEST..=LARGEST).contains(&value) {
+                let range = format!("not of a size between {SMALLEST:e} and {LARGEST:e}");
+                return Err(FormulaError::new(start..at, range));
+            }
             found.push((Token::Number(value), start..at));
         } else if character.is_alphabetic() || character == '_' {
             let inside = |c: char| c.is_alphanumeric() || c == '_';

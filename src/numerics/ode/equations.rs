@@ -43,6 +43,8 @@ pub(super) struct Equations {
     shared: Arc<Shared>,
     /// Until the first integrator has begun there.
     start: Mutex<Vec<f64>>,
+    /// The slope of a start with unknowns without storage, and when that is.
+    slope: Mutex<Option<(f64, Vec<f64>)>>,
     unknowns: usize,
     context: Grouping,
     nothing: Unknowns,
@@ -116,6 +118,7 @@ impl Equations {
             unknowns: start.len(),
             shared: Arc::new(Shared { inner, differential }),
             start: Mutex::new(start),
+            slope: Mutex::new(None),
             nothing: Unknowns::zeros(0, context.clone()),
             context,
         }
@@ -129,6 +132,18 @@ impl Equations {
     /// The start.
     pub(super) fn init_vector(&self) -> Unknowns {
         self.init().call(0.0)
+    }
+
+    /// Sets the slope of the unknowns at a start.
+    pub(super) fn set_slope(&self, time: f64, slope: Option<Vec<f64>>) {
+        let slope = slope.map(|slope| (time, slope));
+        *self.slope.lock().unwrap_or_else(PoisonError::into_inner) = slope;
+    }
+
+    /// The slope of the start at `time`, where one was set.
+    pub(super) fn slope_at(&self, time: f64) -> Option<Vec<f64>> {
+        let slope = self.slope.lock().unwrap_or_else(PoisonError::into_inner);
+        slope.as_ref().filter(|slope| slope.0 == time).map(|slope| slope.1.clone())
     }
 
     /// Every later integrator begins at a given state.
@@ -180,6 +195,9 @@ impl Equations {
     /// Evaluates ∂F/∂y where the problem keeps it; whether there is one.
     fn differentiate(&self, y: &Unknowns, time: f64) -> bool {
         let shared = &mut *self.shared.lock();
+        if shared.error.as_ref().is_some_and(|e| !e.is_recoverable()) {
+            return false;
+        }
         match shared.problem.jacobian(time, y.inner().as_slice()) {
             Ok(_) => true,
             Err(error) => {

@@ -10,11 +10,11 @@ use std::sync::Arc;
 
 use self_cell::self_cell;
 
-use super::consistent::make_consistent;
+use super::consistent::{consistent_slope, make_consistent};
 use super::equations::{Equations, tolerances};
 use super::error_norm::Grouping;
 use super::stepper::{Problem, Stepper, problem};
-use super::{Accept, OdeProblem, Options, Rejected, Result};
+use super::{Accept, OdeError, OdeProblem, Options, Rejected, Result};
 use crate::linear::Shifted;
 
 self_cell!(
@@ -48,12 +48,14 @@ impl<P: OdeProblem> Integration<P> {
         // diffsol keeps its own.
         let atol = std::mem::take(&mut options.atol);
         let options = Arc::new(options);
-        let (differential, mut newton) = (problem.differential(), None);
+        let (differential, mut newton, mut slope) = (problem.differential(), None, None);
         if let Some(differential) = &differential {
             let from = (time, start.as_mut_slice());
             make_consistent(&mut problem, differential, from, (&options, &atol), &mut newton)?;
+            let (from, by) = ((time, start.as_slice()), (&*options, &atol[..], options.span));
+            slope = consistent_slope(&mut problem, differential, from, by, newton.as_mut());
         }
-        let running = begin(Box::new(problem), time, (start, atol), &options)?;
+        let running = begin(Box::new(problem), time, (start, atol, slope), &options)?;
         Ok(Self { running, options, differential, newton, kind: PhantomData })
     }
 
@@ -65,10 +67,21 @@ impl<P: OdeProblem> Integration<P> {
         let (options, newton) = (&self.options, &mut self.newton);
         if let Some(differential) = &self.differential {
             self.running.with_dependent(|problem, _| {
-                let options = (&**options, tolerances(problem));
-                problem.eqn.with(|problem| {
-                    make_consistent(problem, differential, (time, &mut start), options, newton)
-                })
+                let atol = tolerances(problem);
+                let slope = problem.eqn.with(|problem| {
+                    let from = (time, start.as_mut_slice());
+                    make_consistent(problem, differential, from, (options, atol), newton)?;
+                    let (from, by) = ((time, start.as_slice()), (&**options, atol, span));
+                    Ok::<_, OdeError>(consistent_slope(
+                        problem,
+                        differential,
+                        from,
+                        by,
+                        newton.as_mut(),
+                    ))
+                })?;
+                problem.eqn.set_slope(time, slope);
+                Ok::<_, OdeError>(())
             })?;
         }
         self.running.with_dependent_mut(|_, stepper| stepper.restart(time, &start, span))
@@ -105,10 +118,11 @@ impl<P: OdeProblem> Integration<P> {
 fn begin(
     of: Box<dyn OdeProblem>,
     time: f64,
-    (start, atol): (Vec<f64>, Vec<f64>),
+    (start, atol, slope): (Vec<f64>, Vec<f64>, Option<Vec<f64>>),
     options: &Arc<Options>,
 ) -> Result<Running> {
     let context = Grouping::new(options.displacements.as_ref());
     let equations = Equations::new(of, start, context);
+    equations.set_slope(time, slope);
     Running::try_new(problem(equations, time, atol, options)?, |owner| Stepper::new(owner, options))
 }

@@ -84,6 +84,12 @@ pub enum OdeError {
     /// A linear system could not be solved.
     #[error(transparent)]
     Linear(#[from] LinearError),
+    /// The first rates ask for a step that no other leads on from.
+    #[error("the first rates ask for a step of {step:.1e}")]
+    TooFast {
+        /// The step.
+        step: f64,
+    },
     /// diffsol gave up.
     #[error("the {method} integrator stopped at time {time}: {message}")]
     Stopped {
@@ -113,6 +119,7 @@ impl OdeError {
         match self {
             Self::Problem { cause } => cause.recoverable,
             Self::NotFinite | Self::Linear(_) | Self::Stopped { .. } => true,
+            Self::TooFast { .. } => false,
         }
     }
 }

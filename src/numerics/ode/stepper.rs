@@ -39,6 +39,8 @@ pub struct Options {
 
 /// A step below this share of the first one gives up.
 const MIN_STEP_SHARE: f64 = 1e-9;
+/// A first step below this share of the way leads nowhere: its inverse, and squares of rates, are no numbers any more.
+const SHORTEST_FIRST_SHARE: f64 = 1e-130;
 /// Length of a step that is tried again, relative to the one that was taken back.
 const RETRY_FACTOR: f64 = 0.25;
 /// Tries at one step that end with numbers that are not finite or not allowed.
@@ -161,7 +163,7 @@ impl<'a> Stepper<'a> {
         Ok(())
     }
 
-    /// dy/dt where it is known: F in rows with storage, 0 in the others.
+    /// dy/dt: F in rows with storage, in the others that of a consistent start, 0 where it is not known.
     fn slope(problem: &Problem, options: &Options, time: f64, y: &Unknowns) -> Result<Unknowns> {
         let mut slope = problem.eqn.rhs().call(y, time);
         if let Some(error) = problem.eqn.take_error() {
@@ -169,10 +171,9 @@ impl<'a> Stepper<'a> {
         }
         let values = slope.inner_mut().as_mut_slice();
         if let Some(differential) = problem.eqn.differential() {
-            for (value, differential) in values.iter_mut().zip(differential) {
-                if !differential {
-                    *value = 0.0;
-                }
+            let known = problem.eqn.slope_at(time);
+            for (i, value) in values.iter_mut().enumerate().filter(|(i, _)| !differential[*i]) {
+                *value = known.as_ref().map_or(0.0, |slope| slope[i]);
             }
         }
         if values.iter().any(|v| !v.is_finite()) {
@@ -196,7 +197,10 @@ impl<'a> Stepper<'a> {
         let norm = |v: &Unknowns| v.squared_norm(y, &problem.atol, options.rtol).sqrt();
         let (size, speed) = (norm(y), norm(&slope));
         let step = if speed > 0.0 { 0.01 * size.max(1.0) / speed } else { 1e-3 * span };
-        Ok(step.min(span))
+        match step > SHORTEST_FIRST_SHARE * span {
+            true => Ok(step.min(span)),
+            false => Err(OdeError::TooFast { step }),
+        }
     }
 
     fn start(
@@ -364,7 +368,7 @@ impl<'a> Stepper<'a> {
 
     /// The least step over that length of time.
     fn least(&self, length: f64) -> f64 {
-        self.shortest.min(SHORTEST_OF_REST * length)
+        self.shortest.min(SHORTEST_OF_REST * length).max(f64::MIN_POSITIVE)
     }
 
     fn raw_step(&mut self, until: f64) -> Result<()> {

@@ -103,6 +103,9 @@ impl Chebyshev {
         }
         let (bound, longest) =
             stability_limits(bound).ok_or(SolveError::SpectralBound { time: from })?;
+        if (until - from) / longest > real(MAX_STEPS) {
+            return Err(SolveError::TooManySteps { time: from, steps: MAX_STEPS });
+        }
         let shortest = shortest_step(from, until);
         let mut t = from;
         let mut step = until - from;

@@ -236,7 +236,6 @@ fn time(choices: &mut Choices, chemical: bool) -> Table {
             table.set("integrator.step", choices.pick(&["0.01", "1e-3"]));
             let chemistry = [
                 "\"chebyshev\"",
-                "\"exponential\"",
                 "\"tsit45\"",
                 "\"bdf\"",
                 "\"tr-bdf2\"",
@@ -280,13 +279,12 @@ fn time(choices: &mut Choices, chemical: bool) -> Table {
 }
 
 fn equilibrium(choices: &mut Choices) -> Table {
-    let rows: &[(&str, &str)] = match choices.below(8) {
+    let rows: &[(&str, &str)] = match choices.below(7) {
         0 | 1 => &[("method", "\"lbfgs\"")],
         2 => &[("method", "\"lbfgs\""), ("preconditioner", "\"multigrid\""), ("memory", "5")],
         3 => &[("method", "\"lbfgs\""), ("preconditioner", "\"blocks\""), ("refresh", "5")],
         4 => &[("method", "\"lbfgs\""), ("precision", "\"single\""), ("collapse", "\"hold\"")],
         5 => &[("method", "\"newton\""), ("path_error", "0.1")],
-        6 => &[("method", "\"fire\""), ("largest_move", "0.1")],
         _ => &[("method", "\"descent\""), ("steps", "20"), ("largest_move", "0.1")],
     };
     let tolerance = choices.pick(&["1e-4", "1e-6"]);
