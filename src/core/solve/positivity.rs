@@ -15,8 +15,8 @@ fn slacks(workspace: &Workspace, state: &State, (rtol, atol): (f64, f64)) -> Vec
     let mut largest: Vec<f64> =
         state.species.iter().map(|c| c.iter().fold(0.0, |m: f64, c| m.max(c.abs()))).collect();
     workspace.reduction().max_over_ranks(&mut largest);
-    let species = chemistry.descriptor().species.iter().zip(largest);
-    species.map(|(species, largest)| atol * species.typical + rtol * largest).collect()
+    let species = chemistry.all_typical().into_iter().zip(largest);
+    species.map(|(typical, largest)| atol * typical + rtol * largest).collect()
 }
 
 /// Rates of the species at `state`, those in which `raised` holds of species, point and value at 0.

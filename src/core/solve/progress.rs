@@ -52,12 +52,13 @@ fn fastest_species(workspace: &mut Workspace, state: &State) -> Option<String> {
     let chemistry = model.chemistry()?;
     let mut at = workspace.at(state);
     let rates = at.rates().ok()?;
-    let species = chemistry.descriptor().species.iter().zip(rates);
-    let each = species.flat_map(|(species, rates)| {
-        rates.iter().enumerate().map(move |(i, rate)| (species, i, *rate))
+    let typical = chemistry.all_typical();
+    let each = rates.iter().enumerate().flat_map(|(s, rates)| {
+        rates.iter().enumerate().map(move |(i, rate)| (s, i, *rate))
     });
-    let (species, point, rate) =
-        each.max_by(|a, b| (a.2.abs() / a.0.typical).total_cmp(&(b.2.abs() / b.0.typical)))?;
+    let share = |(s, _, rate): &(usize, usize, f64)| rate.abs() / typical[*s];
+    let (s, point, rate) = each.max_by(|a, b| share(a).total_cmp(&share(b)))?;
+    let species = &chemistry.descriptor().species[s];
     let noun = chemistry.location().noun();
     (rate != 0.0).then(|| {
         format!("the rate {} of species `{}` at {noun} {point}", Short(rate), species.name)
