@@ -6,17 +6,15 @@
 //! falls below its tolerance is therefore rejected, if its rate at 0 is not negative at both ends of the step, and tried
 //! again from a start whose errors below 0 are raised to 0.
 
-use super::{Result, Workspace};
+use super::{Result, SolveError, Workspace};
 use crate::model::{ModelError, State};
 
 /// The absolute values that species may fall below 0 by.
 fn slacks(workspace: &Workspace, state: &State, (rtol, atol): (f64, f64)) -> Vec<f64> {
     let Some(chemistry) = workspace.model.chemistry() else { return Vec::new() };
-    let mut largest: Vec<f64> =
-        state.species.iter().map(|c| c.iter().fold(0.0, |m: f64, c| m.max(c.abs()))).collect();
-    workspace.reduction().max_over_ranks(&mut largest);
-    let species = chemistry.all_typical().into_iter().zip(largest);
-    species.map(|(typical, largest)| atol * typical + rtol * largest).collect()
+    let largest = |c: &Vec<f64>| c.iter().fold(0.0, |m: f64, c| m.max(c.abs()));
+    let species = chemistry.all_typical().into_iter().zip(&state.species);
+    species.map(|(typical, c)| atol * typical + rtol * largest(c)).collect()
 }
 
 /// Rates of the species at `state`, those in which `raised` holds of species, point and value at 0.
@@ -46,15 +44,14 @@ pub(super) fn check(
     end: &State,
     tolerance: (f64, f64),
 ) -> Result<()> {
-    if !workspace.reduction().any(end.species.iter().flatten().any(|c| *c < 0.0)) {
+    if !end.species.iter().flatten().any(|c| *c < 0.0) {
         return Ok(());
     }
     let slack = slacks(workspace, start, tolerance);
     let within = |s: usize, i: usize| start.species[s][i] >= -slack[s];
     let fallen = |s: usize, i: usize| end.species[s][i] < -slack[s] && within(s, i);
     let points = |s: usize| 0..end.species[s].len();
-    let any = (0..slack.len()).any(|s| points(s).any(|i| fallen(s, i)));
-    if !workspace.reduction().any(any) {
+    if !(0..slack.len()).any(|s| points(s).any(|i| fallen(s, i))) {
         return Ok(());
     }
     let raised = |s: usize, i: usize, c: f64| c < 0.0 && within(s, i);
@@ -63,17 +60,16 @@ pub(super) fn check(
     let kept = |s: usize, i: usize| fallen(s, i) && first[s][i] >= 0.0 && last[s][i] >= 0.0;
     let found = (0..slack.len()).find_map(|s| Some((s, points(s).find(|i| kept(s, *i))?)));
     let model = &workspace.model;
-    let refusal = match (found, model.chemistry()) {
-        (Some((s, point)), Some(chemistry)) => Err(ModelError::Negative {
+    match (found, model.chemistry()) {
+        (Some((s, point)), Some(chemistry)) => Err(SolveError::Model(ModelError::Negative {
             species: chemistry.descriptor().species[s].name.clone(),
             location: chemistry.location(),
             point,
             value: end.species[s][point],
             time: end.time,
-        }),
+        })),
         _ => Ok(()),
-    };
-    Ok(ModelError::agreed(workspace.reduction(), refusal)?)
+    }
 }
 
 /// `state` with species that are negative within the tolerance, and whose law does not make them so, at 0.

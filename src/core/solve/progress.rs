@@ -53,9 +53,10 @@ fn fastest_species(workspace: &mut Workspace, state: &State) -> Option<String> {
     let mut at = workspace.at(state);
     let rates = at.rates().ok()?;
     let typical = chemistry.all_typical();
-    let each = rates.iter().enumerate().flat_map(|(s, rates)| {
-        rates.iter().enumerate().map(move |(i, rate)| (s, i, *rate))
-    });
+    let each = rates
+        .iter()
+        .enumerate()
+        .flat_map(|(s, rates)| rates.iter().enumerate().map(move |(i, rate)| (s, i, *rate)));
     let share = |(s, _, rate): &(usize, usize, f64)| rate.abs() / typical[*s];
     let (s, point, rate) = each.max_by(|a, b| share(a).total_cmp(&share(b)))?;
     let species = &chemistry.descriptor().species[s];

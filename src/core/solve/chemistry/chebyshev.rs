@@ -115,9 +115,7 @@ impl Chebyshev {
         let mut refused = None;
         for _ in 0..MAX_STEPS {
             let done = self.work - before;
-            if done.substeps >= REJECTION_CHECK_STEPS
-                && done.rejected_substeps >= done.substeps / CHATTER_RATIO
-            {
+            if chatters(&done) {
                 return Err(inadmissible(t, refused)
                     .unwrap_or_else(|| self.unresolved(t, step, &done, tolerance)));
             }
@@ -270,6 +268,12 @@ fn inadmissible(time: f64, cause: Option<SolveError>) -> Option<SolveError> {
         }
         _ => None,
     }
+}
+
+/// Whether so many steps are rejected that the rates are not resolved.
+fn chatters(done: &Work) -> bool {
+    done.substeps >= REJECTION_CHECK_STEPS
+        && done.rejected_substeps >= done.substeps / CHATTER_RATIO
 }
 
 /// The shortest step, so that none is lost in the rounding of the time either.

@@ -21,8 +21,8 @@ use serde::{Deserialize, Serialize};
 use self::chebyshev::{Chebyshev, Tolerance};
 use super::equilibrium::Relaxation;
 use super::monolithic::Monolithic;
-use super::{Progress, Result, SolveError, Workspace, counters, positivity, under_way};
-use crate::model::{Coupled, ModelError, Part, State, TimeCourse};
+use super::{Progress, Result, SolveError, Workspace, counters, under_way};
+use crate::model::{Coupled, Part, State, TimeCourse};
 use crate::num::Short;
 use crate::ode::OdeMethod;
 use crate::tally::Work;
@@ -144,11 +144,8 @@ impl ChemistrySteps {
         }
         let _scope = counters::part(workspace.model.tally(), counters::CHEMISTRY);
         match self.method {
-            ChemistryMethod::Euler => {
+            ChemistryMethod::Euler | ChemistryMethod::Chebyshev => {
                 self.by_own_method(workspace, state, until, signals, tolerance)
-            }
-            ChemistryMethod::Chebyshev => {
-                self.by_chebyshev(workspace, state, until, signals, tolerance)
             }
             ChemistryMethod::Tsit45 => {
                 self.by_diffsol(OdeMethod::Tsit45, workspace, state, until, signals, tolerance)
@@ -179,30 +176,6 @@ impl ChemistrySteps {
     /// Forgets all earlier intervals.
     pub(super) fn forget(&mut self) {
         self.implicit = None;
-    }
-
-    /// The stabilised explicit method, once more from values raised to 0 where it leads below.
-    fn by_chebyshev(
-        &mut self,
-        workspace: &mut Workspace,
-        state: &State,
-        until: f64,
-        signals: TimeCourse,
-        tolerance: (f64, f64),
-    ) -> Result<Vec<Vec<f64>>> {
-        let mut again = |from: &State, workspace: &mut Workspace| {
-            let species = self.by_own_method(workspace, from, until, signals.clone(), tolerance)?;
-            let end = State { time: until, species, ..from.clone() };
-            positivity::check(workspace, from, &end, tolerance)?;
-            Ok(end.species)
-        };
-        match again(state, workspace) {
-            Err(SolveError::Model(ModelError::Negative { .. })) => {
-                let raised = positivity::raised(workspace, state, tolerance)?;
-                again(&raised, workspace)
-            }
-            done => done,
-        }
     }
 
     fn by_own_method(
