@@ -25,12 +25,11 @@ fn end(scene: &str, k: f64, keys: &[&str]) -> (Vec<f64>, f64) {
 
 const PLACES: [&str; 2] = ["shape = 'point'", "shape = 'disc'\nradius = 3.0\nvertices = 40"];
 
-const INTEGRATORS: [&str; 6] = [
+const INTEGRATORS: [&str; 5] = [
     "'monolithic'",
     "{ kind = 'monolithic', method = 'tr-bdf2' }",
     "'staggered'",
     "{ kind = 'staggered', chemistry = 'bdf' }",
-    "{ kind = 'staggered', chemistry = 'exponential' }",
     "{ kind = 'explicit', method = 'tsit45' }",
 ];
 
