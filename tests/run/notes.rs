@@ -318,7 +318,7 @@ fn numbers_too_large_or_small_to_compute_with_are_named() {
         ("kind = \"growth\"\nfactor = \"1e-90*1e-90\"", "the length factor "),
         (
             "kind = \"load\"\nwhere = \"all\"\nforce = { along-normal = 1 }\nramp = { formula = \"1e90*1e90\" }",
-            "effect[3].ramp: the ramp is 1",
+            "effect[3].ramp: the ramp is 9.99",
         ),
     ] {
         let text = super::SMALL.replace("# more effects", &format!("[[effect]]\n{effect}"));

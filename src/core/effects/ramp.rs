@@ -77,7 +77,7 @@ impl RampFactor {
         let start = made.at(0.0);
         if !(start.abs() <= LARGEST) {
             return refuse(
-                format!("the ramp is {start} at time 0"),
+                format!("the ramp is {} at time 0", crate::num::Short(start)),
                 Some(format!("its size must be at most {LARGEST:e} at every time of the run")),
             );
         }
