@@ -8,7 +8,7 @@
 
 use std::fmt;
 
-use serde::de::{Error, IntoDeserializer, Unexpected, Visitor};
+use serde::de::{Error, IntoDeserializer, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::model::Potential;
@@ -96,8 +96,8 @@ impl<'de> Deserialize<'de> for ForceTolerance {
             }
 
             fn visit_str<E: Error>(self, word: &str) -> Result<ForceTolerance, E> {
-                let wrong = || E::invalid_value(Unexpected::Str(word), &self);
-                (word == "auto").then_some(ForceTolerance::Auto).ok_or_else(wrong)
+                let unknown = || E::unknown_variant(word, &["auto"]);
+                (word == "auto").then_some(ForceTolerance::Auto).ok_or_else(unknown)
             }
 
             fn visit_i64<E: Error>(self, number: i64) -> Result<ForceTolerance, E> {
