@@ -54,30 +54,6 @@ fn a_run_that_was_given_up_is_made_again_if_it_may_take_longer() {
     }
 }
 
-/// A tolerance is not tried where a looser one was given up.
-#[test]
-fn tighter_runs_of_a_method_that_was_given_up_are_not_made() {
-    let arguments = ["--tolerances", "1e-1,1e-2,1e-3", "--limit", "50"];
-    let (folder, out) = study(DECAY, &arguments);
-    assert!(out.status.success(), "{}", text(&out.stderr));
-    let members = folder.path().join("out/members");
-    let path = members.join("run=monolithic,-BDF,-1e-1/status.json");
-    let status = fs::read_to_string(&path).unwrap().replace("complete", "failed");
-    let mut status: serde_json::Value = serde_json::from_str(&status).unwrap();
-    status["reason"] = "given up at t = 0.2: the time limit of 50 s".into();
-    fs::write(&path, status.to_string()).unwrap();
-    for tolerance in ["1e-2", "1e-3"] {
-        fs::remove_dir_all(members.join(format!("run=monolithic,-BDF,-{tolerance}"))).unwrap();
-    }
-    let said = text(&again(folder.path(), &arguments).stderr);
-    assert_eq!(said.matches(": begun").count(), 2, "{said}");
-    let page = fs::read_to_string(folder.path().join("out/accuracy.md")).unwrap();
-    for tolerance in ["1e-2", "1e-3"] {
-        let line = format!("{tolerance}: failed: not run, as the one at a looser tolerance");
-        assert!(page.contains(&line), "{page}");
-    }
-}
-
 #[test]
 fn references_are_taken_over_where_the_scene_is_the_same() {
     let (folder, out) = study(DECAY, &["--tolerances", "1e-1,1e-3"]);

@@ -33,7 +33,6 @@ pub(super) fn plan(axes: &[&str]) -> Plan {
         size: 1,
         limit: None,
         dearest: None,
-        cheaper: None,
     };
     let members = (0..count).map(point).collect();
     Plan {

@@ -147,30 +147,11 @@ impl Study {
 
     /// Bounds the time of every member; references have more.
     fn limit(&self, plan: &mut Plan, seconds: u64) {
-        let all: Vec<Vec<usize>> = plan.members.iter().map(|member| member.at.clone()).collect();
         for member in &mut plan.members {
             let patience = if self.is_reference(&member.at) { PATIENCE } else { 1 };
             member.limit = Some(patience.saturating_mul(seconds));
             member.dearest = Some(patience.saturating_mul(DEAREST));
-            let run = member.at.first().and_then(|run| self.looser(*run));
-            member.cheaper = run.and_then(|run| {
-                all.iter().position(|at| at.first() == Some(&run) && at[1..] == member.at[1..])
-            });
         }
-    }
-
-    /// The run of the same integrator at the next looser tolerance.
-    fn looser(&self, run: usize) -> Option<usize> {
-        let of = |run: &usize| match self.runs.get(*run) {
-            Some(Role::Point { curve, tolerance, force, .. }) => Some((*curve, *force, *tolerance)),
-            _ => None,
-        };
-        let (curve, force, tolerance) = of(&run)?;
-        let looser = |other: &usize| {
-            of(other).is_some_and(|(c, f, t)| (c, f) == (curve, force) && t > tolerance)
-        };
-        let size = |run: &usize| of(run).map_or(f64::INFINITY, |(_, _, tolerance)| tolerance);
-        (0..self.runs.len()).filter(looser).min_by(|a, b| size(a).total_cmp(&size(b)))
     }
 }
 

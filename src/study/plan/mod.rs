@@ -76,9 +76,6 @@ pub struct Point {
     /// given up.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dearest: Option<u64>,
-    /// Number of the member that costs less: where that was given up, this one is too.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub cheaper: Option<usize>,
 }
 
 impl Plan {

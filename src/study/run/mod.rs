@@ -20,7 +20,7 @@ pub use self::memory::{MemoryEstimates, available};
 pub use self::pool::Pool;
 pub use self::rank_job::RankJob;
 pub(crate) use self::time_limit::limit_of;
-use self::time_limit::{TimeLimit, given_up_before, rivals};
+use self::time_limit::{TimeLimit, rivals};
 pub use self::timing::Timing;
 use super::gather::states::StateFile;
 use super::gather::{MemberStatus, measure, open_measures, status};
@@ -112,7 +112,6 @@ pub fn run(
         }
         // Of one that is resumed, results up to the checkpoint are kept.
         let kept = from.as_ref().map(Checkpoint::frame_times).unwrap_or_default();
-        given_up_before(plan, root, point)?;
         let watched = (point, scene.time.span.until.get());
         let mut limit = TimeLimit::watch(watched, rivals(plan, root, number), interrupt);
         let mut record = Record::open(plan, &directory, kept)?;

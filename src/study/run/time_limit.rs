@@ -10,7 +10,6 @@ use crate::model::Evaluation;
 use crate::num::Short;
 use crate::output::{Interrupt, RunStatus, Standing};
 use crate::run::{Error, Observer, Result, StepInfo, processor_time};
-use crate::study::gather::{MemberStatus, status};
 use crate::study::plan::{Plan, Point};
 
 /// A run that has used this share of its time limit …
@@ -18,7 +17,7 @@ const EARLY_TIME_SHARE: f64 = 0.2;
 /// … and not gone this share of its way is given up.
 const MIN_PROGRESS_SHARE: f64 = 0.01;
 /// Processor time, s, below which no run is dear.
-const CHEAP: f64 = 10.0;
+const CHEAP: f64 = 5.0;
 /// Interval between two comparisons of costs.
 const INTERVAL: Duration = Duration::from_millis(500);
 /// Part of the message of a run that exceeded its time limit.
@@ -28,22 +27,6 @@ const LIMIT_MESSAGE: &str = "the time limit of ";
 pub(crate) fn limit_of(reason: &str) -> Option<u64> {
     let (_, limit) = reason.split_once(LIMIT_MESSAGE)?;
     limit.split_once(' ')?.0.parse().ok()
-}
-
-/// Refuses `point` where the member that costs less was given up.
-///
-/// # Errors
-/// [`Error::Incomplete`] with the reason of that one.
-pub(super) fn given_up_before(plan: &Plan, root: &Path, point: &Point) -> Result<()> {
-    let Some(cheaper) = point.cheaper else { return Ok(()) };
-    let (standing, reason) = status(plan, &plan.directory(root, cheaper));
-    let limited = limit_of(&reason).is_some_and(|limit| point.limit == Some(limit));
-    match standing == MemberStatus::Failed && limited {
-        true => {
-            Err(Error::Incomplete(format!("not run, as the one at a looser tolerance: {reason}")))
-        }
-        false => Ok(()),
-    }
 }
 
 /// Directories of the members that differ from member `number` in the first key alone.
@@ -166,6 +149,6 @@ mod tests {
         );
         // What is cheap is never dear.
         all.truncate(3);
-        assert_eq!(dear(9.0, 5, &all), None);
+        assert_eq!(dear(4.9, 5, &all), None);
     }
 }
