@@ -22,7 +22,7 @@ fn a_load_that_the_tolerance_hardly_sees_is_told() {
     assert!(simulation.notes()[0].contains("round-off of positions"), "{:?}", simulation.notes());
     let (_, simulation) = prepare(&[gentle, "equilibrium.tolerance=1e-6"]);
     assert!(simulation.notes()[0].contains("1e-6: the response"), "{:?}", simulation.notes());
-    // A load that the usual tolerance hardly sees, and one that it does.
+    // A load near the usual tolerance, and one far above it.
     for (force, tolerance) in [("1e1", 1e-9), ("1e4", 1e-6)] {
         let (_, simulation) = prepare(&[&gentle.replace("1e-3", force)]);
         let found = simulation.force_tolerance();

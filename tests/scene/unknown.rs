@@ -166,6 +166,9 @@ fn removed_names_say_what_to_write_instead() {
         let help = error.advice().unwrap();
         assert!(help.starts_with(instead) && help.contains("allowed"), "{help}");
     }
+    // No effect was called so.
+    let error = refused(&SCENE.replacen("\"test-spring\"", "\"fire\"", 1), &[]);
+    assert!(!error.advice().unwrap().contains("removed"), "{error}");
 }
 
 /// The registries grow with the engine, so only the beginning and the nearest word are fixed.

@@ -221,9 +221,8 @@ impl DocumentError {
                     _ => format!("{path}: unknown {noun} {name:?}"),
                 };
                 let choices = choices_in_words(name, ALLOWED_TITLE, allowed);
-                let removed = REMOVED.iter().find(|removed| removed.0 == name);
-                let help = match removed {
-                    Some((_, instead)) => format!("{name} is removed: {instead}; {choices}"),
+                let help = match removed(name, allowed) {
+                    Some(instead) => format!("{name} is removed: {instead}; {choices}"),
                     None => choices,
                 };
                 (message, format!("unknown {noun}"), Some(help))
@@ -274,11 +273,19 @@ fn formula_in_a_table(key: &str, allowed: &[String]) -> Option<String> {
     })
 }
 
-/// Names that scenes could have, and what to write instead.
-const REMOVED: [(&str, &str); 2] = [
-    ("fire", "write \"lbfgs\", the default, or \"descent\" for the overdamped motion"),
-    ("exponential", "write \"bdf\" for fast kinetics, or \"chebyshev\", the default"),
-];
+/// What to write instead of a name that was removed from those `allowed` at its place.
+fn removed(name: &str, allowed: &[String]) -> Option<&'static str> {
+    let (one_of_them, instead) = match name {
+        "fire" => {
+            ("lbfgs", "write \"lbfgs\", the default, or \"descent\" for the overdamped motion")
+        }
+        "exponential" => {
+            ("chebyshev", "write \"bdf\" for fast kinetics, or \"chebyshev\", the default")
+        }
+        _ => return None,
+    };
+    allowed.iter().any(|name| name == one_of_them).then_some(instead)
+}
 
 /// What a list of choices is called.
 pub const ALLOWED_TITLE: &str = "allowed";

@@ -107,8 +107,7 @@ impl Chebyshev {
             return Err(SolveError::TooManySteps { time: from, steps: MAX_STEPS });
         }
         let shortest = shortest_step(from, until);
-        let mut t = from;
-        let mut step = until - from;
+        let (mut t, mut step) = (from, until - from);
         rate(t, y, &mut self.f0)?;
         self.work.right_hand_sides += 1;
         let before = self.work;
