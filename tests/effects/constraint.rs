@@ -238,7 +238,9 @@ fn constraints_that_cannot_be_are_refused() {
     let (usual, elastic) = ("{ until = 1.0 }", "{ kind = 'stretching' }");
     let exact = format!("{elastic}, {{ kind = 'volume', exact = true }}");
     let explicit = "{ kind = 'explicit', method = 'tsit45' }";
+    let pinned = format!("{exact}, {{ kind = 'pin', where = 'all', axes = 'xyz' }}");
     for (time, effects, key) in [
+        (usual, pinned, "pins fix every vertex"),
         ("{ until = 1.0, integrator = 'monolithic' }", exact.clone(), "time.integrator"),
         (
             "{ until = 1.0, policy = 'simultaneous', integrator = 'monolithic' }",

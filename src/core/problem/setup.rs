@@ -258,9 +258,18 @@ impl Problem<'_> {
         }
         if potential.constraints_depend() {
             let names = mechanics.constraint_names().collect::<Vec<_>>().join(", ");
-            let message =
-                format!("the constraints {names} act along the same force and cannot all be met");
-            let help = "leave out all but one of them";
+            let (message, help) = match mechanics.all_pinned() {
+                true => (
+                    format!("pins fix every vertex: no force meets the constraint {names}"),
+                    "leave it out, or vertices free",
+                ),
+                false => (
+                    format!(
+                        "the constraints {names} act along the same force and cannot all be met"
+                    ),
+                    "leave out all but one of them",
+                ),
+            };
             return Err(ProblemError::new(Part::Effects, message, Some(help)));
         }
         let method = &self.equilibrium;

@@ -287,7 +287,7 @@ pub enum SolveError {
         wanted: usize,
     },
     /// A constraint that no shape near by meets at rest.
-    #[error("{}", unmet(constraint, *value, *residual, *pinned))]
+    #[error("{}", unmet(constraint, *value, *residual))]
     Constraint {
         /// Its name.
         constraint: String,
@@ -295,8 +295,6 @@ pub enum SolveError {
         value: f64,
         /// Largest force where it is met, if it is.
         residual: Option<f64>,
-        /// Whether pins fix every vertex.
-        pinned: bool,
     },
     /// An obstacle that a ramp moves comes too near to a shape in one step.
     #[error("{}", obstructed(*time, *pinned))]
@@ -369,13 +367,7 @@ fn lost(parameter: f64, step: f64) -> String {
 }
 
 /// What a constraint wants: a shape that meets it, or forces that come to rest where it is met.
-fn unmet(constraint: &str, value: f64, residual: Option<f64>, pinned: bool) -> String {
-    if pinned {
-        return format!(
-            "the constraint {constraint} is not met: {value:.1e} is left of it (at most 1e-9 is allowed), and pins fix \
-             every vertex: leave vertices free, or the constraint out"
-        );
-    }
+fn unmet(constraint: &str, value: f64, residual: Option<f64>) -> String {
     let advice = "let its target change more slowly (ramp), or give it a stiffness instead";
     match residual {
         Some(residual) => format!(

@@ -227,8 +227,7 @@ impl Workspace {
         if !(left <= equilibrium::CONSTRAINT_TOLERANCE) {
             let names = self.model.mechanics().constraint_names();
             let constraint = names.collect::<Vec<_>>().join(", ");
-            let pinned = self.model.mechanics().all_pinned();
-            return Err(SolveError::Constraint { constraint, value: left, residual: None, pinned });
+            return Err(SolveError::Constraint { constraint, value: left, residual: None });
         }
         state.x = x.into();
         Ok(())

@@ -68,6 +68,5 @@ pub fn relax(
     let names = potential.mechanics().constraint_names();
     let worst = names.zip(&values).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
     let (constraint, value) = worst.map_or_else(Default::default, |(n, g)| (n.to_owned(), *g));
-    let pinned = potential.mechanics().all_pinned();
-    Err(SolveError::Constraint { constraint, value, residual: largest, pinned })
+    Err(SolveError::Constraint { constraint, value, residual: largest })
 }
