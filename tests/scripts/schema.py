@@ -97,7 +97,7 @@ def language_server():
             ({"text": good.replace("vertices = 1500", 'vertices = "many"')}, "many", []),
             ({"text": good.replace('kind = "bending"', 'kind = "bendin"')}, "bendin", []),
             ({"text": good.replace("[time]\n", "[time]\nu"), "at": "[time]\nu"}, "u", ["until", "policy", "stop_when_steady"]),
-            ({"text": f"{good}\n[output]\nev", "at": "\n[output]\nev"}, "EOF", ["every", "fields", "format"]),
+            ({"text": f"{good}\n[output]\nev", "at": "\n[output]\nev"}, "EOF", ["compression", "every", "fields", "report"]),
             ({"text": good}, None, []),
         ]
         done = subprocess.run(
