@@ -300,6 +300,7 @@ impl Simulation {
         measures.set_item("separation", separation)?;
         measures.set_item("nearest", nearest)?;
         measures.set_item("width", width)?;
+        measures.set_item("wrinkle_width", measured.wrinkle_width)?;
         Ok(measures)
     }
 

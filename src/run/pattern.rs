@@ -1,18 +1,19 @@
-//! The pattern of the first species: its regions above a level, and how well the mesh resolves it.
+//! Patterns of the first species and of the mean curvature: regions above a level, and how well the mesh resolves them.
 //!
 //! ```text
 //! w = π √(∫ (c - c̄)² dA / ∫ |∇c|² dA)      half the wavelength of a plane wave, about the width of a spot
 //! ∫ |∇c|² dA ≈ 2 A ⟨(Δc/ℓ)²⟩               mean over pairs of neighbours at the distance ℓ
 //! ```
 //!
+//! The same of the mean curvature H is half the wavelength of wrinkles; the boundary, where H is not defined, is left out.
 //! Where w is below [`RESOLVED`] mean edges, number and size of regions depend on the mesh.
 
 use std::f64::consts::PI;
 
 use crate::Vec3;
-use crate::geometry::{Face, sum_at_corners};
+use crate::geometry::{AreaRule, Curvature, Face, VertexArea, sum_at_corners};
 use crate::kinetics::Location;
-use crate::model::Evaluation;
+use crate::model::{Evaluation, ModelError};
 use crate::num::real;
 use crate::sheet::Sheet;
 
@@ -22,18 +23,33 @@ pub const RESOLVED: f64 = 6.0;
 /// Deviations from the mean below this share of the largest value are no pattern: round-off, and what is left of noise.
 const UNIFORM: f64 = 1e-6;
 
+/// Deviations of the mean curvature below this share of an inverse edge are no wrinkles: six edges wide, they would be
+/// 0.04 edges high.
+const FLAT: f64 = 0.01;
+
 /// What is to be said of a pattern whose regions are `width` mean edges wide; nothing where they are resolved.
 #[must_use]
 pub fn resolution_words(width: f64) -> Option<String> {
     (width < RESOLVED).then(|| {
         format!(
             "the pattern is {width:.1} edges wide: below {RESOLVED} the number and the size of its regions depend on the \
-             mesh; more sheet.vertices, or a wider pattern"
+             mesh; more sheet.vertices, or a wider pattern; rumple sweep --refine shows what changes"
         )
     })
 }
 
-/// The first species where it lives: what regions are made of.
+/// The same of wrinkles of the shape.
+#[must_use]
+pub fn wrinkle_words(width: f64) -> Option<String> {
+    (width < RESOLVED).then(|| {
+        format!(
+            "the wrinkles of the shape are {width:.1} edges wide: below {RESOLVED} the mesh decides how wide they are; more \
+             sheet.vertices, or a thicker sheet; rumple sweep --refine shows what changes"
+        )
+    })
+}
+
+/// A scalar field where it lives: what regions are made of.
 pub struct Pattern {
     value: Vec<f64>,
     position: Vec<Vec3>,
@@ -43,7 +59,7 @@ pub struct Pattern {
 }
 
 impl Pattern {
-    /// That of a state; none without species.
+    /// The first species; none without species.
     pub fn of(at: &mut Evaluation<'_>) -> Option<Self> {
         let (model, state) = (at.model(), at.state());
         let (sheet, x) = (model.sheet(), &state.x);
@@ -70,6 +86,40 @@ impl Pattern {
         })
     }
 
+    /// The mean curvature inside the boundary; none of a sheet that stays in a plane or does not move, or whose curvature
+    /// is that of a surface as smooth as the mesh can show.
+    ///
+    /// # Errors
+    /// As for [`Evaluation::potential`].
+    pub fn of_shape(at: &mut Evaluation<'_>) -> Result<Option<Self>, ModelError> {
+        let (model, x) = (at.model(), &at.state().x);
+        let sheet = model.sheet();
+        if model.mechanics().is_planar() || !model.moves() {
+            return Ok(None);
+        }
+        let rule = VertexArea::lazy(AreaRule::Barycentric);
+        let Curvature { mut area, mean, .. } = Curvature::of(&at.potential()?.shape(x), &rule);
+        let boundary = sheet.boundary();
+        area.iter_mut().zip(boundary).filter(|(_, b)| **b).for_each(|(area, _)| *area = 0.0);
+        let inside = |[a, b]: &[u32; 2]| !boundary[*a as usize] && !boundary[*b as usize];
+        let neighbours = sheet.edges().iter().map(|e| e.vertices).filter(inside).collect();
+        let pattern = Self { value: mean, position: x.to_vec(), area, neighbours };
+        let wrinkled = pattern.variance().sqrt() * mean_edge(x, sheet) > FLAT;
+        Ok(wrinkled.then_some(pattern))
+    }
+
+    /// Mean over the area of what `of` makes of the values.
+    fn mean(&self, of: impl Fn(f64) -> f64) -> f64 {
+        let total: f64 = self.area.iter().sum();
+        self.area.iter().zip(&self.value).map(|(area, c)| area * of(*c)).sum::<f64>() / total
+    }
+
+    /// Variance over the area.
+    fn variance(&self) -> f64 {
+        let mean = self.mean(|c| c);
+        self.mean(|c| (c - mean).powi(2))
+    }
+
     /// Half way between the least and the largest value; none where they are the same.
     #[must_use]
     pub fn half_way(&self) -> Option<f64> {
@@ -82,12 +132,7 @@ impl Pattern {
     /// The width w in mean edges of `sheet` in the deformed state; none where the species is uniform.
     #[must_use]
     pub fn width(&self, x: &[Vec3], sheet: &Sheet) -> Option<f64> {
-        let total: f64 = self.area.iter().sum();
-        let sum = |of: &dyn Fn(f64) -> f64| {
-            self.area.iter().zip(&self.value).map(|(area, c)| area * of(*c)).sum::<f64>() / total
-        };
-        let mean = sum(&|c| c);
-        let variance = sum(&|c| (c - mean).powi(2));
+        let variance = self.variance();
         let largest = self.value.iter().fold(0.0, |most: f64, c| most.max(c.abs()));
         let slope = |&[a, b]: &[u32; 2]| {
             let (a, b) = (a as usize, b as usize);
@@ -95,10 +140,7 @@ impl Pattern {
             if square > 0.0 { (self.value[a] - self.value[b]).powi(2) / square } else { 0.0 }
         };
         let slopes = self.neighbours.iter().map(slope).sum::<f64>() / real(self.neighbours.len());
-        let length = |[a, b]: [u32; 2]| (x[a as usize] - x[b as usize]).norm();
-        let edges = sheet.edges().iter().map(|edge| length(edge.vertices)).sum::<f64>();
-        let edge = edges / real(sheet.edges().len());
-        let width = PI * (variance / (2.0 * slopes)).sqrt() / edge;
+        let width = PI * (variance / (2.0 * slopes)).sqrt() / mean_edge(x, sheet);
         (variance.sqrt() > UNIFORM * largest && width.is_finite()).then_some(width)
     }
 
@@ -122,6 +164,13 @@ impl Pattern {
         let centres = found.clone().map(|(area, moment)| moment / *area).collect();
         (centres, found.map(|(area, _)| area).sum())
     }
+}
+
+/// Mean length of an edge.
+fn mean_edge(x: &[Vec3], sheet: &Sheet) -> f64 {
+    let length = |[a, b]: [u32; 2]| (x[a as usize] - x[b as usize]).norm();
+    let edges = sheet.edges().iter().map(|edge| length(edge.vertices)).sum::<f64>();
+    edges / real(sheet.edges().len())
 }
 
 /// The first of the connected points, with the way there made short.

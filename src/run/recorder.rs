@@ -7,7 +7,7 @@ use super::checkpoint::{Checkpoint, Checkpoints, ResultsSoFar};
 use super::incidents::RunEvents;
 use super::invariants::Invariants;
 use super::observe::{Frames, LedgerRows, Observer, StepInfo, StopRules};
-use super::pattern::{Pattern, resolution_words};
+use super::pattern::{Pattern, resolution_words, wrinkle_words};
 use super::schedule::OutputSchedule;
 use super::self_intersection::Intersections;
 use super::session::Session;
@@ -242,7 +242,7 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Says where the pattern of the last state is too narrow for the mesh.
+    /// Says where the patterns of the last state are too narrow for the mesh.
     fn report_resolution(&mut self, simulation: &mut Simulation) {
         let Stepper { workspace, state, .. } = &mut simulation.stepper;
         let sheet = Arc::clone(workspace.model.sheet());
@@ -250,9 +250,11 @@ impl<'a> Recorder<'a> {
         if sheet.reduction().distribution().is_some() || sheet.edges().is_empty() {
             return;
         }
-        let pattern = Pattern::of(&mut workspace.at(state));
-        let width = pattern.and_then(|pattern| pattern.width(&state.x, &sheet));
-        if let Some(words) = width.and_then(resolution_words) {
+        let width = |pattern: Option<Pattern>| pattern.and_then(|p| p.width(&state.x, &sheet));
+        let species = width(Pattern::of(&mut workspace.at(state))).and_then(resolution_words);
+        let shape = Pattern::of_shape(&mut workspace.at(state)).ok();
+        let shape = shape.and_then(width).and_then(wrinkle_words);
+        for words in species.into_iter().chain(shape) {
             self.session.progress.message(&words);
         }
     }

@@ -14,6 +14,7 @@ pub(crate) mod directory;
 pub(crate) mod draw;
 pub mod gather;
 pub mod plan;
+pub mod refinement;
 pub mod run;
 pub mod sweep;
 

@@ -5,6 +5,7 @@
 //! DIR/members/h=0.5,D=0/      the run of one member, with measures.csv
 //! DIR/sweep.csv, sweep.md     a row of measures and costs a member
 //! DIR/statistics.csv          mean and standard deviation over the seeds
+//! DIR/refinement.csv          measures on ever finer meshes
 //! DIR/plots.json              the tables, and plots of the measures against each key, for the viewer
 //! DIR/sweep.sbatch, slurm/    an array job and what its tasks print
 //! ```
@@ -22,17 +23,20 @@ use super::draw::table;
 use super::draw::table::{csv_table, number, work_cells, work_titles};
 use super::gather::{Measures, MemberResults, MemberStatus, Statistics, counts};
 use super::plan::{Axis, Plan};
+use super::refinement;
 use super::{extent, write_files};
 use crate::num::real;
 use crate::output::SelfIntersection;
 use crate::output::plot::{self, Block, Figure, Panel, Plot, label};
-use crate::run::pattern::resolution_words;
+use crate::run::pattern::{resolution_words, wrinkle_words};
 use crate::run::{Error, Result};
 
 /// Names of the files that gather a sweep.
 pub const TABLE: &str = "sweep.csv";
 /// Statistics over the seeds.
 pub const STATISTICS: &str = "statistics.csv";
+/// Measures on ever finer meshes.
+pub const REFINEMENT: &str = "refinement.csv";
 /// The table for people.
 pub const PAGE: &str = "sweep.md";
 
@@ -43,6 +47,9 @@ pub const PAGE: &str = "sweep.md";
 pub fn write_tables(plan: &Plan, members: &[MemberResults], root: &Path) -> Result<()> {
     let mut files = vec![(TABLE, csv(plan, members)), (PAGE, markdown(plan, members))];
     files.extend(statistics_csv(plan, members).map(|text| (STATISTICS, text)));
+    let measures = &measures(members);
+    let refined = refinement::rows(plan, members, measures, |axis| &axis.key, number);
+    files.extend(refined.map(|rows| (REFINEMENT, csv_table(&rows))));
     let file = |(name, text): (&str, String)| (name.to_owned(), text.into_bytes());
     write_files(root, files.into_iter().map(file).collect())
 }
@@ -90,7 +97,7 @@ pub fn standing(members: &[MemberResults], all: bool) -> Result<String> {
 /// A number of a member; none where there is none.
 type NumberOf = fn(&MemberResults) -> Option<f64>;
 /// The same, of a column that the species name.
-type BoxedNumberOf<'a> = Box<dyn Fn(&MemberResults) -> Option<f64> + 'a>;
+pub(super) type BoxedNumberOf<'a> = Box<dyn Fn(&MemberResults) -> Option<f64> + 'a>;
 
 fn last(found: &MemberResults) -> Option<&Measures> {
     found.measures.last()
@@ -101,12 +108,13 @@ const SPOTS: &str = "spots";
 const REGIONS: &str = "regions above the level";
 
 /// Results of a member: titles with units, and numbers.
-const RESULTS: [(&str, NumberOf); 9] = [
+const RESULTS: [(&str, NumberOf); 10] = [
     ("time", |f| Some(last(f)?.time)),
     (SPOTS, |f| Some(real(last(f)?.spots))),
     ("separation d [length]", |f| last(f)?.separation),
     ("nearest centres [length]", |f| last(f)?.nearest),
     ("pattern width [edges]", |f| last(f)?.width),
+    ("wrinkle width [edges]", |f| last(f)?.wrinkle_width),
     ("share", |f| Some(last(f)?.share)),
     ("amplitude [length]", |f| Some(last(f)?.amplitude)),
     ("energy [energy]", |f| Some(last(f)?.energy)),
@@ -120,11 +128,19 @@ const COSTS: [(&str, NumberOf); 3] = [
 ];
 
 /// A column of numbers.
-struct Column<'a> {
+pub(super) struct Column<'a> {
     /// Its title, with the unit.
-    title: &'a str,
+    pub(super) title: &'a str,
     /// The number of a member.
-    of: BoxedNumberOf<'a>,
+    pub(super) of: BoxedNumberOf<'a>,
+}
+
+/// Those that converge as a mesh is refined: results but for the time reached and widths in edges.
+fn measures(members: &[MemberResults]) -> Vec<Column<'_>> {
+    let mut columns = labelled_columns(members);
+    columns.truncate(columns.len() - COSTS.len());
+    columns.retain(|c| c.title != "time" && !c.title.ends_with("[edges]"));
+    columns
 }
 
 /// The same with titles for people: a labyrinth, or a wavy edge, is one region.
@@ -233,12 +249,20 @@ fn blocks(plan: &Plan, members: &[MemberResults]) -> Vec<Block> {
     }
     for found in members {
         let width = last(found).and_then(|m| m.width).and_then(resolution_words);
-        let words = found.intersection.and_then(SelfIntersection::words).into_iter().chain(width);
+        let shape = last(found).and_then(|m| m.wrinkle_width).and_then(wrinkle_words);
+        let words = found.intersection.and_then(SelfIntersection::words).into_iter();
+        let words = words.chain(width).chain(shape);
         notes.extend(words.map(|words| format!("{}: {words}", found.name)));
     }
     let mut blocks = vec![Block::Table(rows)];
     if !notes.is_empty() {
         blocks.push(Block::List(notes));
+    }
+    if let Some(rows) = refinement::rows(plan, members, &measures(members), Axis::title, cell) {
+        let text = "On ever finer meshes, with the order of convergence and the limit of the three finest for edges as \
+                    long as N^(-1/2):";
+        blocks.push(Block::Text(text.into()));
+        blocks.push(Block::Table(rows));
     }
     if let Some(rows) = statistics_rows(plan, members, &columns, Axis::title, cell) {
         let seeds = plan.axes.iter().filter(|axis| axis.is_seed());

@@ -84,6 +84,71 @@ fn the_width_of_a_pattern_is_half_a_wave_in_edges() {
     assert_eq!(rumple::run::pattern::resolution_words(6.1), None);
 }
 
+/// Wrinkles of a plate, a cylinder and a plate whose unevenness is far below its edges.
+#[test]
+fn the_width_of_wrinkles_is_half_a_wave_in_edges() {
+    let scene = "sheet = { shape = 'rectangle', width = 40.0, height = 20.0, vertices = 6000 }\n\
+                 effect = [{ kind = 'stretching' }]\nmaterial = { young = 1.0 }\ntime = { until = 1.0 }\n";
+    let (_, mut simulation) = prepare(scene, &[]);
+    let rest = simulation.sheet().rest().to_vec();
+    let edge = (4.0 / 3f64.sqrt() * 800.0 / 11800.0).sqrt();
+    let mut width = |height: &dyn Fn(&Vec3) -> Vec3| {
+        simulation.state_mut().x = rest.iter().map(height).collect();
+        measure(&mut simulation.evaluate(), None).unwrap().wrinkle_width
+    };
+    for waves in [2.0, 4.0, 8.0] {
+        let k = 0.05 * std::f64::consts::PI * waves;
+        let found = width(&|x| Vec3::new(x.x, x.y, 0.3 / k * (k * x.x).cos()));
+        let expected = 20.0 / waves / edge;
+        // Curvature is sharper at crests than a cosine, by the square of the slope.
+        let error = found.unwrap() / expected - 1.0;
+        assert!(error.abs() < 0.15, "{waves} waves: {found:?}, {expected}");
+    }
+    let roll = |x: &Vec3| Vec3::new(8.0 * (x.x / 8.0).sin(), x.y, 8.0 * (x.x / 8.0).cos());
+    assert_eq!(width(&roll), None);
+    assert_eq!(width(&|x| x + Vec3::z() * 1e-3 * (91.7 * x.x).sin() * (53.1 * x.y).sin()), None);
+}
+
+/// A measure that converges, one that stays, and a pattern that the mesh makes; a mesh file and a point are refused.
+#[test]
+fn ever_finer_meshes_say_what_converges() {
+    let folder = folder(
+        "sheet = { shape = 'rectangle', width = 40.0, height = 20.0, vertices = 300 }\ntime = { until = 0.1 }\n\
+         kinetics = { rates = { c = '0*c' }, initial = { c = { formula = 'exp(-0.02*(x^2 + y^2))' } } }\n",
+    );
+    let args = [
+        "sweep",
+        "scene.toml",
+        "--refine",
+        "--set",
+        "sheet.vertices=500",
+        "--seeds",
+        "3",
+        "--out",
+        "sweep",
+    ];
+    let ran = rumple(folder.path(), &args);
+    assert!(ran.status.success(), "{}", text(&ran.stderr));
+    let table = fs::read_to_string(folder.path().join("sweep/refinement.csv")).unwrap();
+    let mut lines = table.lines();
+    assert_eq!(lines.next(), Some("measure,500,1000,2000,order,limit"));
+    let spots = lines.find(|line| line.starts_with("regions")).unwrap();
+    assert_eq!(spots, "regions above the level,1,1,1,unchanged,1");
+    let total = table.lines().find(|line| line.starts_with("total c")).unwrap();
+    let limit: f64 = total.rsplit(',').next().unwrap().parse().unwrap();
+    // ∫ exp(-r²/50) dA over the plane but for the edges.
+    assert!((limit / (50.0 * std::f64::consts::PI) - 1.0).abs() < 0.02, "{total}");
+    let point = folder.path().join("point.toml");
+    fs::write(
+        &point,
+        "sheet = { shape = 'point' }\ntime = { until = 1 }\nkinetics = { rates = { c = '-c' } }\n",
+    )
+    .unwrap();
+    let ran = rumple(folder.path(), &["sweep", "point.toml", "--refine"]);
+    assert_eq!(ran.status.code(), Some(2), "{}", text(&ran.stderr));
+    assert!(text(&ran.stderr).contains("it has no mesh"), "{}", text(&ran.stderr));
+}
+
 /// A run and a sweep say so.
 #[test]
 fn a_pattern_that_the_mesh_does_not_resolve_is_named() {

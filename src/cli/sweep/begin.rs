@@ -7,12 +7,18 @@ use crate::cli::{SceneArgs, warn};
 use crate::kinetics::PluginSearch;
 use crate::output::Interrupt;
 use crate::run::{Error, Result};
+use crate::scene::{Scene, SheetSource};
 use crate::study::plan::{Axis, Plan, seed_axis};
+use crate::study::refinement;
 use crate::study::run::{self, Settings, SlurmSettings};
 
 pub(super) fn run(args: &PlanArgs) -> Result<()> {
     let scene = &args.scene;
-    let mut plan = Plan::new(&scene.scene, &scene.overrides, axes(args)?)?;
+    let varied = |set: &&String| {
+        args.refine && set.split('=').next().is_some_and(|key| key.trim() == refinement::KEY)
+    };
+    let set: Vec<String> = scene.overrides.iter().filter(|set| !varied(set)).cloned().collect();
+    let mut plan = Plan::new(&scene.scene, &set, axes(args)?)?;
     plan.level = args.level;
     configure_members(&mut plan, scene)?;
     let (how, check, prepare) = (&args.how, &|_: &Plan| Ok(()), &|_: &Path| Ok(()));
@@ -96,10 +102,28 @@ impl Runs<'_> {
     }
 }
 
+/// Meshes with up to four times the vertices of the scene with the first values of `axes`.
+fn refined(args: &SceneArgs, axes: &[Axis]) -> Result<Axis> {
+    let first: Vec<String> = axes.iter().flat_map(|axis| axis.overrides(0)).collect();
+    match Scene::varied(&args.scene, &args.overrides, &first)?.sheet.source {
+        SheetSource::Generated(shape) => Ok(refinement::axis(shape.vertices())),
+        SheetSource::File { file } => Err(Error::Refused(format!(
+            "--refine: the mesh is the file {}, which is not refined; give finer files: --over sheet.file=A,B,C",
+            file.display()
+        ))),
+        SheetSource::Point { .. } => {
+            Err(Error::Refused("--refine: the scene is a point, it has no mesh".into()))
+        }
+    }
+}
+
 /// The keys that are varied; seeds last.
 fn axes(args: &PlanArgs) -> Result<Vec<Axis>> {
     let axes = args.over.iter().map(|text| Axis::parse(text).map_err(Error::Refused));
     let mut axes = axes.collect::<Result<Vec<_>>>()?;
+    if args.refine {
+        axes.push(refined(&args.scene, &axes)?);
+    }
     if let Some(count) = args.seeds {
         let SceneArgs { scene, overrides, .. } = &args.scene;
         axes.push(seed_axis(scene, overrides, &axes, count.into())?);

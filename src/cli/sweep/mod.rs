@@ -67,6 +67,10 @@ pub(super) struct PlanArgs {
     /// A key of the scene and the values that it takes (see below); may be repeated.
     #[arg(long, value_name = "KEY=VALUES")]
     over: Vec<String>,
+    /// Repeat every member on meshes of 1, 2 and 4 times as many vertices, for the order of convergence of every
+    /// measure.
+    #[arg(long)]
+    refine: bool,
     /// Repeat every member with seeds 1 to N for everything random in the scene: mesh, imperfection,
     /// random starts.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]

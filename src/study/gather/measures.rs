@@ -43,6 +43,8 @@ pub struct Measures {
     pub share: f64,
     /// Width of the regions of the first species, half a wave, in mean edges; none of a uniform one.
     pub width: Option<f64>,
+    /// The same of the mean curvature, half a wave of wrinkles; none of a shape without.
+    pub wrinkle_width: Option<f64>,
     /// Largest rate of change of a species in units of its typical magnitude, 1/time.
     pub rate: f64,
 }
@@ -50,25 +52,40 @@ pub struct Measures {
 impl Measures {
     /// Columns of `measures.csv`.
     pub(super) const COLUMNS: &str = "step,time,spots,separation d [length],nearest centres [length],share,\
-        amplitude [length],deflection [length],energy [energy],fastest rate [1/time],pattern width [edges]";
+        amplitude [length],deflection [length],energy [energy],fastest rate [1/time],pattern width [edges],\
+        wrinkle width [edges]";
 
     /// The row of step `step` in `measures.csv`.
-    pub(in crate::study) fn row(&self, step: u64) -> [f64; 11] {
-        let [d, nearest, width] =
-            [self.separation, self.nearest, self.width].map(|v| v.unwrap_or(f64::NAN));
+    pub(in crate::study) fn row(&self, step: u64) -> [f64; 12] {
+        let [d, nearest, width, wrinkles] =
+            [self.separation, self.nearest, self.width, self.wrinkle_width]
+                .map(|v| v.unwrap_or(f64::NAN));
         let Self { time, energy, amplitude, deflection, spots, share, rate, .. } = *self;
         let (step, spots) = (real(usize::try_from(step).unwrap_or(usize::MAX)), real(spots));
-        [step, time, spots, d, nearest, share, amplitude, deflection, energy, rate, width]
+        [step, time, spots, d, nearest, share, amplitude, deflection, energy, rate, width, wrinkles]
     }
 
     /// Measures of a row of `measures.csv`; none for a row of other length.
     pub(super) fn from_row(row: &[f64]) -> Option<Self> {
-        // Rows of earlier versions have no width.
-        let mut all = [f64::NAN; 11];
+        // Rows of earlier versions have no widths.
+        let mut all = [f64::NAN; 12];
         all.get_mut(..row.len()).filter(|_| row.len() >= 10)?.copy_from_slice(row);
-        let [_, time, spots, d, nearest, share, amplitude, deflection, energy, rate, width] = all;
+        let [
+            _,
+            time,
+            spots,
+            d,
+            nearest,
+            share,
+            amplitude,
+            deflection,
+            energy,
+            rate,
+            width,
+            wrinkles,
+        ] = all;
         let given = |value: f64| (!value.is_nan()).then_some(value);
-        let [separation, nearest, width] = [d, nearest, width].map(given);
+        let [separation, nearest, width, wrinkle_width] = [d, nearest, width, wrinkles].map(given);
         let spots = whole(spots);
         Some(Self {
             time,
@@ -80,6 +97,7 @@ impl Measures {
             nearest,
             share,
             width,
+            wrinkle_width,
             rate,
         })
     }
@@ -127,6 +145,8 @@ pub fn measure(at: &mut Evaluation<'_>, level: Option<f64>) -> Result<Measures, 
         rate: at.fastest_rate()?,
         ..Measures::default()
     };
+    let width = |pattern: Pattern| pattern.width(&state.x, model.sheet());
+    measures.wrinkle_width = Pattern::of_shape(at)?.and_then(width);
     let Some(pattern) = Pattern::of(at) else { return Ok(measures) };
     measures.width = pattern.width(&state.x, model.sheet());
     let Some(level) = level.or_else(|| pattern.half_way()) else { return Ok(measures) };
