@@ -34,6 +34,7 @@ fn member(name: &str, seconds: f64, bend: f64, level: f64) -> Member {
         separation: None,
         nearest: None,
         share: 0.5,
+        wrinkle_width: None,
         width: None,
         rate: 0.0,
     };
