@@ -1,4 +1,4 @@
-//! Tables of problems whose answers are known, as they stand in `docs/book/verification/`:
+//! Tables of problems whose answers are known, which `docs/book/verification/` sums up:
 //!
 //! `cargo run --release --example 03_known_answers`
 //!
