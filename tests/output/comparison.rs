@@ -34,8 +34,7 @@ fn member(name: &str, seconds: f64, bend: f64, level: f64) -> Member {
         separation: None,
         nearest: None,
         share: 0.5,
-        width: None,
-        rate: 0.0,
+        ..Measures::default()
     };
     let work = Work { steps: 2, iterations: 10, factorisations: 1, ..Work::default() };
     let summary = Summary {

@@ -62,8 +62,7 @@ pub(super) fn complete(plan: &Plan, number: usize, spots: usize, value: f64) -> 
         separation: Some(3.0 + value),
         nearest: None,
         share: 0.5,
-        width: None,
-        rate: 0.0,
+        ..Measures::default()
     };
     MemberResults {
         name: plan.name(number),
