@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Other programs beside the integrators of this one, in the same plots.
+# Other programs beside the integrators of this one, against the same references.
 #
 #   benches/peers.sh [PROBLEM...]
 #
@@ -8,7 +8,7 @@
 #                                         descent of the paper; with BENCH=FOLDER, where its energy is in C (seed/, A/)
 #
 # Makes the study of models/accuracy/studies.sh, runs the others at the same tolerances and output times into its folder
-# peers/, and gathers the report again: errors are against the same reference, by the same measure. Needs gcc, SUNDIALS
+# peers/, and prints their errors against the reference of the study and their times (peers/errors.py). Needs gcc, SUNDIALS
 # (Debian: libsundials-dev) and /usr/bin/python3 with SciPy and petsc4py (python3-scipy, python3-petsc4py), which are
 # installed if this is root.
 set -euo pipefail
@@ -76,7 +76,7 @@ sheet() {
                 "$force" 1.5 1.0 0.25 target/peers/before.obj "$start" target/peers/A
         done
     done
-    target/release/rumple accuracy "$folder"
+    /usr/bin/python3 benches/peers/errors.py "$folder"
 }
 
 for problem in "$@"; do
@@ -96,5 +96,5 @@ for problem in "$@"; do
                 "$problem" $method "$tolerance" "$absolute" $until $every
         done
     done
-    target/release/rumple accuracy "$studies/$problem"
+    /usr/bin/python3 benches/peers/errors.py "$studies/$problem"
 done

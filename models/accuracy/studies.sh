@@ -39,19 +39,6 @@ stiff() {
 # A dome with a gentle feedback, smooth at all times.
 dome() { study dome policies/dome.toml --limit 60; }
 
-# The dome by all policies, from a quasi-static shape to one that is nearly frozen.
-policies() {
-    study policies policies/dome.toml --limit 60 --integrator staggered --tolerances 1e-2 --seeds 0 --repeats 1 \
-        --over time.policy=simultaneous,quasi-static,chemistry-fast \
-        --over material.drag=0.001,0.01,0.1,1,10,100,1000
-}
-
-# Quasi-static against vanishing drag, through a snap.
-limit() {
-    study limit plates/snap.toml --limit 60 --integrator staggered --tolerances 1e-2 --seeds 0 --repeats 1 \
-        --over time.policy=simultaneous,quasi-static --over material.drag=1e-4,1e-3,1e-2,1e-1,1
-}
-
 # Model I before it buckles.
 before() { study before accuracy/before.toml --limit 60; }
 
@@ -71,20 +58,7 @@ brusselator() {
 }
 oregonator() { stiff oregonator kinetics/oregonator.toml --tolerances 1e-2,1e-3,1e-4,1e-5,1e-6; }
 
-# A plate with a known answer on finer and finer meshes: w = 0.0395 in the centre by thin-plate theory.
-plate() {
-    study plate plates/pressed.toml --integrator staggered --tolerances 1e-2 --seeds 0 \
-        --over sheet.vertices=250,500,1000,2000,4000 --of amplitude
-}
-
-# The paper's d on finer and finer meshes, and its spread over seeds.
-spacing() {
-    study spacing paper/model-i.toml --integrator staggered --tolerances 1e-1,1e-2 --level 0.1 --of separation \
-        --set sheet.radius=50 --set material.thickness=1 --set time.until=40 --set output.every=10 \
-        --over sheet.vertices=2000,5000,10000 --limit 600 --reference '{ kind = "staggered", rtol = 3e-1, atol = 3e-1 }'
-}
-
-studies=(dome policies limit before ring motors sphere robertson oregonator brusselator plate spacing)
+studies=(dome before ring motors sphere robertson oregonator brusselator)
 [[ $# -gt 0 ]] || { echo "studies: ${studies[*]}, or all"; exit 0; }
 [[ $1 != all ]] || set -- "${studies[@]}"
 failed=()

@@ -1,6 +1,6 @@
 """Studies: sweeps over keys, accuracy against references, comparisons of policies.
 
-Members of sweeps and accuracy studies run in processes of their own, which the interpreter starts. Tables are
+Members run in processes of their own, which the interpreter starts. Tables are
 DataFrames of pandas, which has to be installed.
 """
 
@@ -136,7 +136,6 @@ def accuracy(
     *,
     integrators: Sequence[str] = (),
     tolerances: Sequence[float] | None = None,
-    force_tolerances: Sequence[float] = (),
     over: Mapping[str, Any] | None = None,
     want: float = 0.01,
     of: str | None = None,
@@ -161,7 +160,6 @@ def accuracy(
     asked = SimpleNamespace(
         integrators=list(integrators),
         tolerances=None if tolerances is None else [float(value) for value in tolerances],
-        force_tolerances=[float(value) for value in force_tolerances],
         references=list(references),
         seeds=seeds,
         limit=limit,
@@ -183,16 +181,27 @@ def compare(
     policies: Sequence[str] = (),
     integrators: Sequence[str] = (),
     out: str | os.PathLike[str] | None = None,
+    jobs: int = 1,
     force: bool = False,
+    retry_failed: bool = False,
+    threads: int = 1,
     law: Law | None = None,
     plugins: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = (),
 ) -> Any:
     """Runs a scene under several policies and integrators from the same start, as `rumple compare` does.
 
     The DataFrame has a row for every output time of every member: distances from the first member, measures, and in the
-    last row of a member its work. `attrs["report"]` has the lines that the program prints: time scales and a table.
+    last row of a member its work. `attrs["report"]` has the lines that the program prints: pairings that are left out, time
+    scales and a table. The same call continues in the directory `out`.
     """
-    settings = {"force": force, "law": law, "plugins": plugins}
+    settings = {
+        "force": force,
+        "jobs": jobs,
+        "retry_failed": retry_failed,
+        "threads": threads,
+        "law": law,
+        "plugins": plugins,
+    }
     study = lambda scene, how: _rumple.compare(scene, list(policies), list(integrators), how)
     table, report = _table("compare.csv", scene, out, settings, study)
     table.attrs["report"] = "\n".join(report)

@@ -1,20 +1,19 @@
 //! Sweeps, accuracy studies and comparisons, by the library's `study`.
 
+use std::cell::RefCell;
 use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rumple::kinetics::HostLaw;
 use rumple::num::checked::Positive;
-use rumple::output::{Interrupt, Mode, Progress};
+use rumple::output::Interrupt;
 use rumple::run::Error;
 use rumple::study::accuracy::{Options, Quantity, Study};
-use rumple::study::compare::{Comparison, Reports};
-use rumple::study::gather::gather;
 use rumple::study::plan::{Axis, Plan, seed_axis};
 use rumple::study::run::{Runs, Settings};
-use rumple::study::{run, sweep as table};
+use rumple::study::{Purpose, compare as comparison, run};
 use rumple::view;
 
 use crate::engine::Pending;
@@ -55,15 +54,13 @@ impl How {
         Ok(())
     }
 
-    /// Runs `plan`, as `command` does.
+    /// Runs `plan` for `purpose`; the lines of results.
     fn on(
         &self,
-        command: &str,
+        purpose: Purpose,
         mut plan: Plan,
         interrupt: Interrupt,
-        prepare: &dyn Fn(&Path) -> rumple::Result<()>,
-        gather: &dyn Fn(&Plan, &Path) -> rumple::Result<String>,
-    ) -> rumple::Result<()> {
+    ) -> rumple::Result<Vec<String>> {
         let root = full(&self.out)?;
         let settings = Settings {
             jobs: usize::try_from(self.jobs).ok(),
@@ -71,10 +68,10 @@ impl How {
             force: self.force,
             ..Settings::default()
         };
+        let said = RefCell::new(Vec::new());
+        let say = &|text: &str| said.borrow_mut().push(text.to_owned());
         let member = self.member.clone();
-        let (check, silent) = (&|_: &Plan| Ok(()), &|_: &str| ());
-        let (happens, submitted) = (silent, silent);
-        let runs = Runs { command, settings, member, check, prepare, gather, happens, submitted };
+        let runs = Runs { purpose, settings, member, happens: &|_| (), say };
         let first = runs.seal(&mut plan, &root)?;
         let claim = runs.open(&plan, &root)?;
         let ended = runs.on(&plan, (&root, &claim), interrupt);
@@ -82,7 +79,7 @@ impl How {
             // The results are complete without it.
             let _ = view::write_report(&root);
         }
-        ended
+        ended.map(|()| said.into_inner())
     }
 }
 
@@ -123,13 +120,11 @@ pub(crate) fn sweep(
         let mut plan = Plan::new(file, set, axes)?;
         plan.level = level;
         how.give(&mut plan, law.clone())?;
-        let collect = |plan: &Plan, root: &Path| {
-            let members = gather(plan, root);
-            table::write(plan, &members, root)?;
+        match how.on(Purpose::Sweep, plan, interrupt) {
             // The table says which members failed.
-            Ok(rumple::study::gather::counts(&members))
-        };
-        how.on("sweep", plan, interrupt, &|_| Ok(()), &collect)
+            Err(Error::Incomplete(_)) => Ok(()),
+            ended => ended.map(|_| ()),
+        }
     })
 }
 
@@ -138,7 +133,6 @@ pub(crate) fn sweep(
 pub(crate) struct Asked {
     integrators: Vec<String>,
     tolerances: Option<Vec<f64>>,
-    force_tolerances: Vec<f64>,
     references: Vec<String>,
     seeds: u16,
     limit: u64,
@@ -167,9 +161,7 @@ impl Asked {
         Ok(Options {
             integrators: self.integrators.clone(),
             tolerances: tolerances.unwrap_or(Ok(usual.tolerances))?,
-            forces: numbers("force_tolerances", &self.force_tolerances)?,
             references: self.references.clone(),
-            taken: None,
             seeds: self.seeds,
             limit: self.limit,
             wanted: self.want,
@@ -196,20 +188,11 @@ pub(crate) fn accuracy(
         let (file, set) = (scene.file()?, &scene.set);
         let (others, options) = (axes(&over)?, asked.options()?);
         let search = Plugins::search(how.plugins.as_ref()).with_law(law.clone());
-        options.check(file, set, &others, &search)?;
         let (study, mut plan) = Study::plan(file, set, others, &search, &options)?;
         (plan.level, plan.repeats) = (level, asked.repeats);
         how.give(&mut plan, law.clone())?;
-        let collect = |plan: &Plan, root: &Path| {
-            let found = gather(plan, root);
-            table::write_tables(plan, &found, root)?;
-            study.gather(plan, root).write(root)?;
-            study.standing(plan, &found)
-        };
-        how.on("accuracy", plan, interrupt, &|root| study.write(root), &collect)?;
-        let root = full(&how.out)?;
-        let plan = Plan { law, ..Plan::of(&root)? };
-        Ok(study.gather(&plan, &root).advice())
+        let said = how.on(Purpose::Accuracy(study), plan, interrupt)?;
+        Ok(said.into_iter().next().unwrap_or_default())
     })
 }
 
@@ -226,30 +209,14 @@ pub(crate) fn compare(
     let (pending, interrupt) = (Pending::default(), Interrupt::of_one_run());
     let law = scene.host_law(None, &pending.law);
     pending.attend(py, interrupt, || {
-        let root = full(&how.out)?;
         let search = Plugins::search(how.plugins.as_ref()).with_law(law.clone());
-        let comparison = Comparison {
-            scene: scene.file()?,
-            set: &scene.set,
-            policies: &policies,
-            integrators: &integrators,
-            search: &search,
-            force: how.force,
-        };
-        let said = std::cell::RefCell::new(Vec::new());
-        let say = |text: &str| said.borrow_mut().push(text.to_owned());
-        let planned = comparison.plan(&say)?;
-        let (first, start) = comparison.start(&root)?;
-        let claim = comparison.open(&root)?;
-        let progress =
-            |scene: &rumple::scene::Scene| Progress::new(Mode::Silent, scene.time.span.until.get());
-        let reports = Reports { progress: &progress, say: &say };
-        let ended = comparison.on((planned, start), (&root, &claim), &reports, interrupt);
-        if first.output.report {
-            // The results are complete without it.
-            let _ = view::write_report(&root);
-        }
-        ended.map(|()| said.take())
+        let left_out = RefCell::new(Vec::new());
+        let say = |text: &str| left_out.borrow_mut().push(text.to_owned());
+        let lists = [&policies[..], &integrators[..]];
+        let mut plan = comparison::plan(scene.file()?, &scene.set, lists, &search, &say)?;
+        how.give(&mut plan, law.clone())?;
+        let said = how.on(Purpose::Compare, plan, interrupt)?;
+        Ok([left_out.into_inner(), said].concat())
     })
 }
 

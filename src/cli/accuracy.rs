@@ -1,21 +1,18 @@
 //! `rumple accuracy SCENE`: what accuracy costs, as a picture and a sentence.
 
-use std::path::{Path, PathBuf};
-
 use clap::parser::ValueSource;
 use clap::{Args, CommandFactory};
 
-use super::sweep::HowArgs;
-use super::sweep::begin::{Runs, configure_members};
+use super::sweep::begin::{begin, configure_members};
+use super::sweep::{HowArgs, show};
 use super::{Cli, SceneArgs, absolute, warn};
 use crate::kinetics::PluginSearch;
 use crate::num::Short;
 use crate::num::checked::Positive;
-use crate::run::{Error, Result};
+use crate::run::{Error, Result, Simulation};
+use crate::study::Purpose;
 use crate::study::accuracy::{DEFAULT_REPEATS, Options, Quantity, Study};
-use crate::study::gather::{counts, gather};
 use crate::study::plan::{Axis, Plan};
-use crate::study::sweep::write_tables;
 
 /// Arguments of `accuracy`.
 #[derive(Debug, Args)]
@@ -33,9 +30,6 @@ pub(super) struct AccuracyArgs {
     /// share of the whole time. 1e-1,1e-2,1e-3,1e-4 if not given.
     #[arg(long, value_name = "VALUES")]
     tolerances: Option<String>,
-    /// Force tolerances that every tolerance is combined with; that of the scene if not given.
-    #[arg(long, value_name = "VALUES")]
-    force_tolerances: Option<String>,
     /// Another key of the scene and its values, as of `sweep`: a case for each, with references of its own;
     /// may be repeated.
     #[arg(long, value_name = "KEY=VALUES")]
@@ -51,9 +45,6 @@ pub(super) struct AccuracyArgs {
     /// best first. Without it monolithic BDF and ESDIRK34, and staggered 10 times tighter.
     #[arg(long = "reference", value_name = "NAME|TABLE")]
     references: Vec<String>,
-    /// Take the references of the study in DIR; refused if scene, mesh or law are not the same.
-    #[arg(long, value_name = "DIR", conflicts_with = "references")]
-    references_from: Option<PathBuf>,
     /// Runs with other seeds, whose spread bounds the error that is meaningful from below; 2 by default.
     #[arg(long, value_name = "N")]
     seeds: Option<u16>,
@@ -75,9 +66,7 @@ const EXAMPLES: &str = "\
 Examples:
   rumple accuracy scene.toml
   rumple accuracy scene.toml --want 0.05 --of spots --tolerances 1e-1..1e-3:5:log
-  rumple accuracy scene.toml --over sheet.vertices=500,1000,2000     the mesh, with order and limit
   rumple accuracy scene.toml --over time.policy=quasi-static,simultaneous
-  rumple accuracy scene.toml --force-tolerances 1e-4,1e-5,1e-6       the floor that forces put under errors
   rumple accuracy scene-accuracy                                     gather what there is
 
 Runs are made one at a time, so that they do not disturb one another's times; --jobs N makes N at once.
@@ -91,44 +80,31 @@ pub(super) fn run(args: &AccuracyArgs) -> Result<()> {
     let path = &args.scene.scene;
     if path.is_dir() {
         let root = absolute(path)?;
-        let Some((study, plan)) = Study::read(&root)? else {
+        let Some(study) = Study::read(&root)? else {
             let (path, file) = (path.display(), Study::FILE);
             return Err(Error::Refused(format!(
                 "{path}: no {file}: expected a scene, or the directory of a study"
             )));
         };
+        let plan = Plan::of(&root)?;
         refuse_for_directory()?;
-        args.of.map_or(Ok(()), |of| of.check(&plan))?;
+        if let Some(of) = args.of {
+            of.check(Simulation::new(&plan.scene(0)?, &plan.search())?.model())?;
+        }
         let study =
             Study { of: args.of.or(study.of), wanted: args.want.unwrap_or(study.wanted), ..study };
-        let told = gathered(&study, &plan, &root, args.how.quiet);
-        super::view::write_study_report(&plan, &root);
-        return told.map(|_| ());
+        return show(&Purpose::Accuracy(study), &plan, &root, args.how.quiet);
     }
     let scene = &args.scene;
     let search = PluginSearch::from_environment(&scene.plugin_path);
     let others = args.over.iter().map(|text| Axis::parse(text).map_err(Error::Refused));
     let others = others.collect::<Result<Vec<_>>>()?;
     let options = options(args)?;
-    options.check(&scene.scene, &scene.overrides, &others, &search)?;
     let (study, mut plan) = Study::plan(&scene.scene, &scene.overrides, others, &search, &options)?;
     plan.level = args.level;
     plan.repeats = args.repeats.unwrap_or(DEFAULT_REPEATS);
     configure_members(&mut plan, scene)?;
-    let check = |plan: &Plan| match &args.references_from {
-        Some(other) => study.check_import(plan, &absolute(other)?),
-        None => Ok(()),
-    };
-    let prepare = |root: &Path| {
-        study.write(root)?;
-        if let (Some(other), Some(plan)) = (&args.references_from, Plan::read(root)?) {
-            study.import(&plan, root, &absolute(other)?)?;
-        }
-        Ok(())
-    };
-    let gather = |plan: &Plan, root: &Path| gathered(&study, plan, root, args.how.quiet);
-    let (how, check, prepare, gather) = (&args.how, &check, &prepare, &gather);
-    Runs { command: "accuracy", how, jobs: Some(1), check, prepare, gather }.on(plan)
+    begin(Purpose::Accuracy(study), plan, &args.how, Some(1))
 }
 
 fn share(text: &str) -> std::result::Result<f64, String> {
@@ -159,12 +135,6 @@ fn refuse_for_directory() -> Result<()> {
 }
 
 fn options(args: &AccuracyArgs) -> Result<Options> {
-    let taken = |other: &PathBuf| {
-        Study::read(&absolute(other)?)?.ok_or_else(|| {
-            let message = format!("{}: expected the directory of a study", other.display());
-            Error::Refused(message)
-        })
-    };
     let usual = Options::default();
     Ok(Options {
         integrators: args.integrators.clone(),
@@ -172,12 +142,7 @@ fn options(args: &AccuracyArgs) -> Result<Options> {
             .tolerances
             .as_deref()
             .map_or(Ok(usual.tolerances), |text| numbers("--tolerances", text))?,
-        forces: args
-            .force_tolerances
-            .as_deref()
-            .map_or(Ok(Vec::new()), |text| numbers("--force-tolerances", text))?,
         references: args.references.clone(),
-        taken: args.references_from.as_ref().map(taken).transpose()?,
         seeds: args.seeds.unwrap_or(usual.seeds),
         limit: args.limit.unwrap_or(usual.limit),
         wanted: args.want.unwrap_or(usual.wanted),
@@ -195,18 +160,4 @@ fn numbers(option: &str, text: &str) -> Result<Vec<Positive>> {
         _ => Err(refuse(&format!("`{value}` is not a number between 0 and 1"))),
     };
     axis.values.iter().map(number).collect()
-}
-
-/// Gathers everything and prints the advice; fails where no errors are known.
-fn gathered(study: &Study, plan: &Plan, root: &Path, quiet: bool) -> Result<String> {
-    let found = gather(plan, root);
-    write_tables(plan, &found, root)?;
-    let gathered = study.gather(plan, root);
-    gathered.write(root)?;
-    if !quiet {
-        gathered.faults().iter().for_each(|fault| warn(&format!("left out: {fault}")));
-        say!("{}", gathered.advice());
-        say!("{}; report and tables: {}", counts(&found), root.display());
-    }
-    study.standing(plan, &found)
 }

@@ -7,7 +7,6 @@ use clap::Args;
 use crate::num::real;
 use crate::output::{Inputs, ResultDirectory, ResultFile};
 use crate::run::{Error, Result};
-use crate::scene::Scene;
 use crate::study::plan::Plan;
 use crate::view::{self, Options};
 
@@ -72,6 +71,6 @@ pub(super) fn write_report(root: &Path, wanted: bool) -> Option<PathBuf> {
 
 /// Writes the page of a study that was gathered again, unless its scene leaves reports out.
 pub(super) fn write_study_report(plan: &Plan, root: &Path) {
-    let wanted = Scene::load(&plan.scene, &plan.set).map_or(true, |scene| scene.output.report);
+    let wanted = plan.scene(0).map_or(true, |scene| scene.output.report);
     write_report(root, wanted);
 }

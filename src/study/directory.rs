@@ -1,19 +1,10 @@
-//! Directories of studies: claimed, and emptied of an earlier study that is replaced.
+//! Directories of studies: what is in them, and what is removed.
 
 use std::fs;
 use std::path::Path;
 
 use crate::output::{Claim, OutputError, ResultDirectory};
 use crate::run::Result;
-
-/// Claims the directory `root`, made where there is none, once nothing in it is refused by `check`; what that finds.
-pub(crate) fn claim<T>(root: &Path, check: impl Fn() -> Result<T>) -> Result<(Claim, T)> {
-    check()?;
-    fs::create_dir_all(root).map_err(OutputError::write(root))?;
-    let claim = Claim::take(root)?;
-    // Another study may have been there until just now.
-    Ok((claim, check()?))
-}
 
 /// Refuses the directory `root`.
 pub(crate) fn refuse<T>(root: &Path, message: impl Into<String>) -> Result<T> {
@@ -34,11 +25,6 @@ pub(crate) fn names(root: &Path) -> Result<Vec<String>> {
         entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
     names.sort();
     Ok(names)
-}
-
-/// Removes the file `path`.
-pub(crate) fn remove_file(path: &Path) -> Result<()> {
-    Ok(fs::remove_file(path).map_err(OutputError::write(path))?)
 }
 
 /// Removes what a run wrote into the directory `path`; a folder that holds anything else stays.

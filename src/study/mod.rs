@@ -1,11 +1,12 @@
-//! Studies: many runs of one scene. One way to [`plan`], [`run`](mod@run), [`gather`](mod@gather) and draw them serves
-//! [`sweep`], [`accuracy`] and [`compare`].
+//! Studies: many runs of one scene. One engine [`plan`]s, [`run`](mod@run)s and [`gather`](mod@gather)s them and shows a
+//! [`Page`]; a [`Purpose`] says what the runs are for.
 //!
 //! ```text
-//! plan     Axis, Plan, Point              which members there are: scene, overrides, directory, fingerprint
-//! run      run, Pool, slurm, RankJob      one member; members as child processes or as an array job; a run over ranks
-//! gather   MemberResults, Norm, Measures  how members stand, their results, their distances from one another
-//! draw                                    tables, plots against a key
+//! plan      Axis, Plan, Point              which members there are: scene, overrides, directory, fingerprint
+//! run       run, Pool, slurm, RankJob      one member; members as child processes or as an array job; a run over ranks
+//! gather    MemberResults, Norm, Measures  how members stand, their results, their distances from one another
+//! draw                                     tables, plots against time, cost or a key
+//! sweep     a row of measures a member     compare   distances from the first     accuracy   errors against references
 //! ```
 
 pub mod accuracy;
@@ -13,12 +14,16 @@ pub mod compare;
 pub(crate) mod directory;
 pub(crate) mod draw;
 pub mod gather;
+mod page;
 pub mod plan;
 pub mod refinement;
 pub mod run;
 pub mod sweep;
+mod timescales;
 
 pub use gather::{Difference, Distance, Measures, Norm, measure};
+pub use page::{Page, Purpose};
+pub use timescales::Timescales;
 
 use std::fs;
 use std::io::ErrorKind;
@@ -47,12 +52,9 @@ fn write_document(path: &Path, document: &impl Serialize) -> Result<()> {
 }
 
 /// Writes `files` into `root`: names and contents.
-///
-/// # Errors
-/// A file that cannot be written.
-pub(crate) fn write_files(root: &Path, files: Vec<(String, Vec<u8>)>) -> Result<()> {
-    for (name, bytes) in files {
-        atomic::replace(&root.join(name), |writer| writer.write_all(&bytes))?;
+fn write_files(root: &Path, files: &[(&str, String)]) -> Result<()> {
+    for (name, text) in files {
+        atomic::replace(&root.join(name), |writer| writer.write_all(text.as_bytes()))?;
     }
     Ok(())
 }

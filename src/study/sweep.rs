@@ -17,19 +17,17 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::iter::once;
 use std::path::Path;
 
-use super::draw::plot::StudyPlot;
-use super::draw::selected;
+use super::draw::plot::curves;
 use super::draw::table;
 use super::draw::table::{csv_table, number, work_cells, work_titles};
-use super::gather::{Measures, MemberResults, MemberStatus, Statistics, counts};
+use super::gather::{Measures, MemberResults, MemberStatus, Statistics};
 use super::plan::{Axis, Plan};
-use super::refinement;
-use super::{extent, write_files};
+use super::{Page, extent, refinement, write_files};
 use crate::num::real;
 use crate::output::SelfIntersection;
-use crate::output::plot::{self, Block, Figure, Panel, Plot, label};
+use crate::output::plot::{Block, Figure, Panel, Plot, label};
+use crate::run::Result;
 use crate::run::pattern::{resolution_words, wrinkle_words};
-use crate::run::{Error, Result};
 
 /// Names of the files that gather a sweep.
 pub const TABLE: &str = "sweep.csv";
@@ -39,6 +37,9 @@ pub const STATISTICS: &str = "statistics.csv";
 pub const REFINEMENT: &str = "refinement.csv";
 /// The table for people.
 pub const PAGE: &str = "sweep.md";
+
+/// All of them.
+pub(super) const FILES: &[&str] = &[TABLE, STATISTICS, REFINEMENT, PAGE];
 
 /// Writes the tables of `members` into `root`.
 ///
@@ -50,17 +51,13 @@ pub fn write_tables(plan: &Plan, members: &[MemberResults], root: &Path) -> Resu
     let measures = &measures(members);
     let refined = refinement::rows(plan, members, measures, |axis| &axis.key, number);
     files.extend(refined.map(|rows| (REFINEMENT, csv_table(&rows))));
-    let file = |(name, text): (&str, String)| (name.to_owned(), text.into_bytes());
-    write_files(root, files.into_iter().map(file).collect())
+    write_files(root, &files)
 }
 
-/// Writes tables and plots of `members` into `root`.
-///
-/// # Errors
-/// A file that cannot be written.
-pub fn write(plan: &Plan, members: &[MemberResults], root: &Path) -> Result<()> {
-    write_tables(plan, members, root)?;
+/// The tables and plots of `members`.
+pub(super) fn page(plan: &Plan, members: &[MemberResults]) -> Page {
     let mut blocks = blocks(plan, members);
+    let said = table::markdown(&blocks);
     for key in drawn_keys(plan) {
         let (name, figure) = (plan.plot_name(key), figure(plan, members, key));
         let caption = format!(
@@ -71,27 +68,7 @@ pub fn write(plan: &Plan, members: &[MemberResults], root: &Path) -> Result<()> 
             blocks.push(Block::Plot(Plot { name, caption, figure }));
         }
     }
-    Ok(plot::write(root, &blocks)?)
-}
-
-/// Says how many of `members` have which status.
-///
-/// # Errors
-/// [`Error::Incomplete`] if members failed or were killed; if `all` have to be complete, also if some are not.
-pub fn standing(members: &[MemberResults], all: bool) -> Result<String> {
-    let lost = |found: &&MemberResults| match all {
-        true => found.status != MemberStatus::Complete,
-        false => found.status.is_lost(),
-    };
-    let Some(first) = members.iter().find(lost) else { return Ok(counts(members)) };
-    Err(Error::Incomplete(format!(
-        "{} of {} members did not come to their end; the first: {}: {}: {}",
-        members.iter().filter(lost).count(),
-        members.len(),
-        first.name,
-        first.status,
-        first.reason
-    )))
+    Page { blocks, files: Vec::new(), said }
 }
 
 /// A number of a member; none where there is none.
@@ -239,21 +216,12 @@ fn blocks(plan: &Plan, members: &[MemberResults]) -> Vec<Block> {
     let keys = plan.axes.iter().map(|axis| axis.title()).chain(once("status"));
     let head = keys.chain(columns.iter().map(|c| c.title)).map(str::to_owned);
     let mut rows: Vec<Vec<String>> = vec![head.collect()];
-    let mut notes = Vec::new();
     for found in members {
         let numbers = columns.iter().map(|c| cell((c.of)(found)));
         rows.push(values(plan, found).chain(numbers).collect());
-        if !found.why_incomplete().is_empty() {
-            notes.push(format!("{}: {}: {}", found.name, found.status, found.why_incomplete()));
-        }
     }
-    for found in members {
-        let width = last(found).and_then(|m| m.width).and_then(resolution_words);
-        let shape = last(found).and_then(|m| m.wrinkle_width).and_then(wrinkle_words);
-        let words = found.intersection.and_then(SelfIntersection::words).into_iter();
-        let words = words.chain(width).chain(shape);
-        notes.extend(words.map(|words| format!("{}: {words}", found.name)));
-    }
+    let mut notes = notes(members);
+    notes.extend(members.iter().flat_map(resolution_notes));
     let mut blocks = vec![Block::Table(rows)];
     if !notes.is_empty() {
         blocks.push(Block::List(notes));
@@ -273,6 +241,29 @@ fn blocks(plan: &Plan, members: &[MemberResults]) -> Vec<Block> {
     blocks
 }
 
+/// Notes on `members`: why they are not complete, sheets that pass through themselves.
+pub(super) fn notes(members: &[MemberResults]) -> Vec<String> {
+    let lost = members.iter().filter(|found| !found.why_incomplete().is_empty());
+    let lost = lost.map(|f| format!("{}: {}: {}", f.name, f.status, f.why_incomplete()));
+    let crossed = members.iter().filter_map(|found| {
+        let words = found.intersection.and_then(SelfIntersection::words)?;
+        Some(format!("{}: {words}", found.name))
+    });
+    lost.chain(crossed).collect()
+}
+
+/// Notes on patterns and wrinkles of a member that are not resolved.
+fn resolution_notes(found: &MemberResults) -> impl Iterator<Item = String> {
+    let width = last(found).and_then(|m| m.width).and_then(resolution_words);
+    let shape = last(found).and_then(|m| m.wrinkle_width).and_then(wrinkle_words);
+    width.into_iter().chain(shape).map(|words| format!("{}: {words}", found.name))
+}
+
+/// The numbers in `at` of the axes that are kept.
+pub(super) fn selected(at: &[usize], kept: impl Fn(usize) -> bool) -> Vec<usize> {
+    at.iter().enumerate().filter(|(k, _)| kept(*k)).map(|(_, at)| *at).collect()
+}
+
 /// The values of a member's keys, and its status.
 fn values(plan: &Plan, found: &MemberResults) -> impl Iterator<Item = String> {
     let values = plan.axes.iter().zip(&found.at).map(|(axis, k)| axis.value(*k).to_owned());
@@ -288,17 +279,30 @@ const WIDE_KEY: f64 = 30.0;
 #[must_use]
 pub fn figure(plan: &Plan, members: &[MemberResults], across: usize) -> Figure {
     let axis = &plan.axes[across];
-    let plot = StudyPlot::new(plan, across, |k| {
-        k != across && plan.axes.get(k).is_some_and(|axis| !axis.is_seed())
-    });
-    let wide = axis.logarithmic || is_wide(plot.places.iter().copied(), WIDE_KEY);
-    let positive = plot.places.iter().all(|x| *x > 0.0) && axis.numbers().is_some();
-    let lost = members.iter().filter(|f| f.status.is_lost());
-    let failed: Vec<(usize, f64)> = lost.filter_map(|found| plot.curve_and_x(&found.at)).collect();
+    let others = |k: usize| k != across && plan.axes.get(k).is_some_and(|axis| !axis.is_seed());
+    let (mut names, mut numbers) = (Vec::new(), BTreeMap::new());
+    for point in &plan.members {
+        numbers.entry(selected(&point.at, others)).or_insert_with(|| {
+            names.push(plan.label(&point.at, others));
+            names.len() - 1
+        });
+    }
+    // What is not a number has a place of its own.
+    let places = axis.numbers().unwrap_or_else(|| (1..=axis.values.len()).map(real).collect());
+    let place = |found: &MemberResults| {
+        let name = numbers.get(&selected(&found.at, others))?;
+        Some((*name, *places.get(*found.at.get(across)?)?))
+    };
+    let wide = axis.logarithmic || is_wide(places.iter().copied(), WIDE_KEY);
+    let positive = places.iter().all(|x| *x > 0.0) && axis.numbers().is_some();
+    let failed: Vec<(usize, f64)> =
+        members.iter().filter(|f| f.status.is_lost()).filter_map(place).collect();
     let complete = || members.iter().filter(|f| f.status == MemberStatus::Complete);
     let panel = |column: &Column<'_>| -> Option<Panel> {
-        let values = complete().filter_map(|f| Some((&f.at[..], (column.of)(f)?)));
-        let curves = plot.curves(values);
+        let curves = curves(complete().filter_map(|found| {
+            let (name, place) = place(found)?;
+            Some((name, place, (column.of)(found)?))
+        }));
         // A measure that no member has is not drawn, unless all failed.
         if curves.is_empty() && (failed.is_empty() || complete().next().is_some()) {
             return None;
@@ -315,7 +319,8 @@ pub fn figure(plan: &Plan, members: &[MemberResults], across: usize) -> Figure {
     };
     // The time reached does not count as a result.
     let panels = labelled_columns(members)[1..].iter().filter_map(panel).collect();
-    plot.figure("all members", panels)
+    names.iter_mut().filter(|n| n.is_empty()).for_each(|name| *name = "all members".to_owned());
+    Figure { names, panels, ..Figure::default() }
 }
 
 /// Which keys are drawn: those with several values, seeds only where there is nothing else.

@@ -37,8 +37,7 @@ pub(super) fn find(root: &Path) -> Result<FoundRuns> {
     let entries = entries.map_err(OutputError::read(root))?;
     let mut folders: Vec<PathBuf> = entries.iter().map(std::fs::DirEntry::path).collect();
     folders.retain(|path| path.is_dir() && is_run(path));
-    // A comparison numbers its members: the tenth comes after the ninth.
-    folders.sort_by_key(|path| (number_of(path), name_of(path)));
+    folders.sort();
     if folders.is_empty() {
         return refuse(
             "no resolved.toml, in it or in a folder of it: expected a directory that run, sweep, compare or \
@@ -57,9 +56,4 @@ fn is_run(directory: &Path) -> bool {
 pub(super) fn name_of(path: &Path) -> String {
     let full = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     full.file_name().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-fn number_of(path: &Path) -> usize {
-    let name = name_of(path);
-    name.split('-').next().and_then(|number| number.parse().ok()).unwrap_or(usize::MAX)
 }

@@ -1,4 +1,4 @@
-//! References: kept, taken over, refused; studies that go on.
+//! References: kept, flagged; studies that go on.
 
 use std::fs;
 
@@ -52,43 +52,6 @@ fn a_run_that_was_given_up_is_made_again_if_it_may_take_longer() {
             fs::write(&path, back).unwrap();
         }
     }
-}
-
-#[test]
-fn references_are_taken_over_where_the_scene_is_the_same() {
-    let (folder, out) = study(DECAY, &["--tolerances", "1e-1,1e-3"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
-    let take = ["accuracy", "scene.toml", "--out", "other", "--references-from", "out"];
-    let more = ["--tolerances", "3e-2,1e-2"];
-    let out = crate::run::program::rumple(folder.path(), &[&take[..], &more].concat());
-    let said = text(&out.stderr);
-    assert!(out.status.success(), "{said}");
-    assert!(!said.contains("reference: monolithic, BDF, 1e-7: begun"), "{said}");
-    let page = fs::read_to_string(folder.path().join("other/accuracy.md")).unwrap();
-    assert!(page.contains("1e-7"), "{page}");
-    // Another law has other solutions.
-    let changed = DECAY.replace("k = 1.0", "k = 2.0");
-    fs::write(folder.path().join("scene.toml"), changed).unwrap();
-    let take = ["accuracy", "scene.toml", "--out", "third", "--references-from", "out"];
-    let out = crate::run::program::rumple(folder.path(), &[&take[..], &more].concat());
-    let said = text(&out.stderr);
-    assert_eq!(out.status.code(), Some(2), "{said}");
-    assert!(said.contains("has references of another scene"), "{said}");
-    assert!(said.contains("k = 1.0") && said.contains("k = 2.0"), "{said}");
-    assert!(!folder.path().join("third").exists());
-    // A study of which no reference was made has none to give.
-    fs::write(folder.path().join("scene.toml"), DECAY).unwrap();
-    for member in fs::read_dir(folder.path().join("out/members")).unwrap() {
-        let member = member.unwrap();
-        if member.file_name().to_string_lossy().contains("reference") && member.path().is_dir() {
-            fs::remove_dir_all(member.path()).unwrap();
-        }
-    }
-    let out = crate::run::program::rumple(folder.path(), &[&take[..], &more].concat());
-    let said = text(&out.stderr);
-    assert_eq!(out.status.code(), Some(2), "{said}");
-    assert!(said.contains("has no reference that came to its end"), "{said}");
-    assert!(!folder.path().join("third").exists());
 }
 
 #[test]

@@ -1,61 +1,42 @@
-//! Quasi-static shapes: the stabilisation is a setting of accuracy beside the tolerance.
+//! Quasi-static shapes: references differ in the stabilisation as well.
 
 use std::fs;
 
-use super::{GROWING, number, study, table, text};
-use crate::common::plots;
+use super::{GROWING, study, table, text};
 
 /// Options of a study of one integrator.
 const FEW: [&str; 6] =
     ["--integrator", "staggered", "--tolerances", "1e-1,1e-2,1e-3", "--seeds", "0"];
 
 #[test]
-fn stabilisations_are_varied_against_references_ten_times_apart_in_them() {
+fn references_have_stabilisations_ten_times_apart_below_all_others() {
     let (folder, out) = study(GROWING, &FEW);
     assert!(out.status.success(), "{}", text(&out.stderr));
-    let rows = table(folder.path());
-    let varied = |row: &&std::collections::BTreeMap<String, String>| {
-        row["integrator"].ends_with("stabilisation varied")
-    };
-    for (tolerance, expected) in [(1e-2, [1e-3, 1e-4, 1e-5]), (1e-3, [1e-2, 1e-4, 1e-5])] {
-        let rows = rows.iter().filter(varied).filter(|r| number(r, "tolerance") == tolerance);
-        let found: Vec<f64> = rows.map(|row| number(row, "stabilisation")).collect();
-        assert_eq!(found, expected);
-    }
-    // By default it is the tolerance.
-    for row in rows.iter().filter(|row| !varied(row)) {
-        assert_eq!(row["stabilisation"], row["tolerance"]);
-    }
     let said = text(&out.stdout);
     for expected in [
-        "1e-4, stabilisation 1e-7",
-        "2e-4, stabilisation 1e-6",
+        "1e-4, stabilisation 1e-5",
+        "2e-4, stabilisation 1e-4",
         "of one method at two stabilisations",
     ] {
         assert!(said.contains(expected), "{expected}: {said}");
     }
-    // The recommendation names that of its run.
-    let advice = said.split_once(": ").unwrap().1;
-    assert!(advice.split_once(" (").unwrap().0.contains(", stabilisation 1e-"), "{said}");
-    let root = folder.path().join("out");
-    let page = fs::read_to_string(root.join("accuracy.md")).unwrap();
+    let page = fs::read_to_string(folder.path().join("out/accuracy.md")).unwrap();
     assert!(page.contains("reference uncertainty: species"), "{page}");
-    for plot in ["work-precision", "stabilisation"] {
-        let names = plots(&root)[plot]["names"].to_string();
-        assert!(names.contains("rtol 1e-3, stabilisation varied"), "{plot}: {names}");
-    }
+    // A smaller one that the scene gives is that of its runs.
+    let (_folder, out) =
+        study(GROWING, &[&FEW[..], &["--set", "time.stabilisation=1e-4"]].concat());
+    assert!(text(&out.stdout).contains("stabilisation 1e-6"), "{}", text(&out.stdout));
 }
 
 #[test]
-fn stabilisations_that_are_asked_for_replace_the_default_ones() {
-    let over = ["--over", "time.stabilisation=1e-1,1e-3,0"];
+fn stabilisations_that_are_varied_are_cases_with_references_of_their_own() {
+    let over = ["--over", "time.stabilisation=1e-1,1e-3"];
     let (folder, out) = study(GROWING, &[&FEW[..], &over].concat());
     assert!(out.status.success(), "{}", text(&out.stderr));
     let rows = table(folder.path());
-    let tight = rows.iter().skip(3).filter(|row| number(row, "tolerance") == 1e-3);
-    let found: Vec<f64> = tight.map(|row| number(row, "stabilisation")).collect();
-    assert_eq!(found, [1e-1, 0.0], "{rows:?}");
-    assert!(rows.iter().all(|row| row["case"].is_empty()), "{rows:?}");
+    for case in ["stabilisation = 1e-1", "stabilisation = 1e-3"] {
+        assert_eq!(rows.iter().filter(|row| row["case"] == case).count(), 3, "{rows:?}");
+    }
     let (_folder, out) = study(GROWING, &["--over", "time.stabilisation=small"]);
     assert_eq!(out.status.code(), Some(2), "{}", text(&out.stderr));
 }

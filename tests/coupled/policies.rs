@@ -202,8 +202,7 @@ fn a_bounded_relaxation_stops_short_of_rest() {
 /// The ratio of rates is of the size of the error, and errors of 1.8 times it were seen: no bound.
 #[test]
 fn the_ratio_of_rates_is_not_called_a_bound() {
-    let verdict =
-        rumple::study::compare::Timescales { shape_rate: 1.0, chemistry_rate: 0.1 }.verdict();
+    let verdict = rumple::study::Timescales { shape_rate: 1.0, chemistry_rate: 0.1 }.verdict();
     assert!(verdict.contains("ratio 1.00e-1") && !verdict.contains("at most"), "{verdict}");
 }
 

@@ -108,24 +108,24 @@ fn a_success_keeps_nothing_of_an_earlier_failure() {
 fn compare_overwrites_nothing_foreign() {
     let folder = folder(&short());
     let folder = folder.path();
-    for name in ["compare.csv", "plots.json", "pictures.png"] {
-        let out = format!("of-{name}");
-        fs::create_dir(folder.join(&out)).unwrap();
-        let mine = folder.join(&out).join(name);
-        fs::write(&mine, "mine").unwrap();
-        refused(folder, &["compare", "scene.toml", "--out", &out], &[name, "--force"]);
+    fs::create_dir(folder.join("a")).unwrap();
+    let mine = folder.join("a/compare.csv");
+    fs::write(&mine, "mine").unwrap();
+    for force in [&[][..], &["--force"]] {
+        let args = [&["compare", "scene.toml", "--out", "a"][..], force].concat();
+        refused(folder, &args, &["is not empty and holds no sweep"]);
         assert_eq!(fs::read_to_string(&mine).unwrap(), "mine");
     }
-    let foreign = folder.join("b/1-quasi-static-staggered-predict-relax-correct");
-    fs::create_dir_all(&foreign).unwrap();
-    fs::write(foreign.join("sheet.pvd"), "mine").unwrap();
-    refused(folder, &["compare", "scene.toml", "--out", "b"], &["1-quasi-static", "--force"]);
-    assert_eq!(fs::read_to_string(foreign.join("sheet.pvd")).unwrap(), "mine");
-    let out = "of-pictures.png";
-    done(folder, &["compare", "scene.toml", "--out", out, "--force", "--quiet"]);
-    assert!(!folder.join(out).join("pictures.png").exists());
-    let status = fs::read_to_string(folder.join(out).join("status.json")).unwrap();
-    assert!(status.contains("\"complete\"") && status.contains("1 of 1"), "{status}");
+    // Its own results are continued, and replaced by force; what else is there stays.
+    let compare = ["compare", "scene.toml", "--out", "b", "--quiet"];
+    done(folder, &compare);
+    fs::write(folder.join("b/notes.txt"), "mine").unwrap();
+    let status = || fs::read_to_string(folder.join("b/status.json")).unwrap();
+    assert!(status().contains("\"complete\"") && status().contains("1 members: 1 complete"));
+    done(folder, &compare);
+    let other = ["--set", "output.every=0.01", "--force"];
+    done(folder, &[&compare[..], &other].concat());
+    assert_eq!(fs::read_to_string(folder.join("b/notes.txt")).unwrap(), "mine");
 }
 
 #[test]

@@ -5,6 +5,7 @@ mod errors;
 mod measures;
 mod memory;
 mod plots;
+mod refinement;
 mod resumed;
 mod running;
 mod slurm;

@@ -62,9 +62,7 @@ pub(super) fn complete(plan: &Plan, number: usize, spots: usize, value: f64) -> 
         separation: Some(3.0 + value),
         nearest: None,
         share: 0.5,
-        wrinkle_width: None,
-        width: None,
-        rate: 0.0,
+        ..Measures::default()
     };
     MemberResults {
         name: plan.name(number),

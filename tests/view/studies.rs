@@ -28,7 +28,7 @@ fn a_sweep_is_a_grid_of_its_members() {
     // Its table and its plots, as the sweep wrote them.
     let study = page.about["study"].as_array().unwrap();
     assert_eq!(study[0]["table"].as_array().unwrap().len(), 4);
-    assert_eq!(study[1]["plot"]["name"], "thickness");
+    assert!(study.iter().any(|block| block["plot"]["name"] == "thickness"), "{study:?}");
     let plots = folder.join("sweep/plots.json");
     let whole = fs::read_to_string(&plots).unwrap();
     fs::write(&plots, &whole[..whole.len() / 2]).unwrap();

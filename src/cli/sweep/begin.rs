@@ -1,16 +1,16 @@
 //! Begins a study or resumes it, as the command line says.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use super::{HowArgs, PlanArgs, gathered};
+use super::{HowArgs, PlanArgs};
 use crate::cli::{SceneArgs, warn};
 use crate::kinetics::PluginSearch;
 use crate::output::Interrupt;
 use crate::run::{Error, Result};
 use crate::scene::{Scene, SheetSource};
 use crate::study::plan::{Axis, Plan, seed_axis};
-use crate::study::refinement;
-use crate::study::run::{self, Settings, SlurmSettings};
+use crate::study::run::{Runs, Settings, SlurmSettings};
+use crate::study::{Purpose, refinement};
 
 pub(super) fn run(args: &PlanArgs) -> Result<()> {
     let scene = &args.scene;
@@ -21,9 +21,7 @@ pub(super) fn run(args: &PlanArgs) -> Result<()> {
     let mut plan = Plan::new(&scene.scene, &set, axes(args)?)?;
     plan.level = args.level;
     configure_members(&mut plan, scene)?;
-    let (how, check, prepare) = (&args.how, &|_: &Plan| Ok(()), &|_: &Path| Ok(()));
-    let gather = &|plan: &Plan, root: &Path| gathered(plan, root, how.quiet, true);
-    Runs { command: "sweep", how, jobs: None, check, prepare, gather }.on(plan)
+    begin(Purpose::Sweep, plan, &args.how, None)
 }
 
 /// Gives members what the command line says of threads and plugins.
@@ -35,71 +33,54 @@ pub(in crate::cli) fn configure_members(plan: &mut Plan, scene: &SceneArgs) -> R
     Ok(())
 }
 
-/// Runs of many members that a command makes, and what is made of them.
-pub(in crate::cli) struct Runs<'a> {
-    /// The command that makes them.
-    pub(in crate::cli) command: &'a str,
-    /// Options of the command line.
-    pub(in crate::cli) how: &'a HowArgs,
-    /// Default count of simultaneous runs; as many as there are cores for, if not given.
-    pub(in crate::cli) jobs: Option<usize>,
-    /// Refuses a plan before anything is written.
-    pub(in crate::cli) check: &'a dyn Fn(&Plan) -> Result<()>,
-    /// Prepares the directory before any is run.
-    pub(in crate::cli) prepare: &'a dyn Fn(&Path) -> Result<()>,
-    /// Gathers what there is of a plan in a directory; says how it stands.
-    pub(in crate::cli) gather: &'a dyn Fn(&Plan, &Path) -> Result<String>,
-}
-
-impl Runs<'_> {
-    /// Begins `plan`, or resumes it.
-    pub(in crate::cli) fn on(&self, mut plan: Plan) -> Result<()> {
-        let Self { command, how, check, prepare, gather, .. } = *self;
-        let root = how.out.clone().unwrap_or_else(|| {
-            let stem = plan.scene.file_stem().unwrap_or("scene".as_ref()).to_string_lossy();
-            PathBuf::from(format!("{stem}-{command}"))
-        });
-        let root = crate::cli::absolute(&root)?;
-        let program = std::env::current_exe().map_err(|error| {
-            Error::Refused(format!("the program does not find itself: {error}"))
-        })?;
-        let member = [program.as_os_str(), "sweep".as_ref(), "member".as_ref(), "--leash".as_ref()];
-        let runs = run::Runs {
-            command,
-            member: member.map(ToOwned::to_owned).to_vec(),
-            settings: Settings {
-                jobs: how.jobs.map(usize::from).or(self.jobs.filter(|_| !how.slurm)),
-                memory: how.memory,
-                retry_failed: how.retry_failed,
-                force: how.force,
-                slurm: how.slurm.then(|| SlurmSettings {
-                    program,
-                    options: how.slurm_option.clone(),
-                    submit: !how.no_submit,
-                }),
-            },
-            check,
-            prepare,
-            gather,
-            happens: &|text| {
-                if !how.quiet {
-                    warn(text)
-                }
-            },
-            submitted: &|text| {
-                if !how.quiet {
-                    say!("{text}")
-                }
-            },
-        };
-        let first = runs.seal(&mut plan, &root)?;
-        let interrupt = Interrupt::install()?;
-        let claim = runs.open(&plan, &root)?;
-        let ended = runs.on(&plan, (&root, &claim), interrupt);
-        // Before the members of an array job have run there is nothing to be seen.
-        crate::cli::view::write_report(&root, first.output.report && !how.slurm);
-        ended
-    }
+/// Begins `plan` with the options `how` of the command line, or resumes it; `jobs` runs at once if that is not given, or as
+/// many as there are cores for.
+pub(in crate::cli) fn begin(
+    purpose: Purpose,
+    mut plan: Plan,
+    how: &HowArgs,
+    jobs: Option<usize>,
+) -> Result<()> {
+    let root = how.out.clone().unwrap_or_else(|| {
+        let stem = plan.scene.file_stem().unwrap_or("scene".as_ref()).to_string_lossy();
+        PathBuf::from(format!("{stem}-{}", purpose.command()))
+    });
+    let root = crate::cli::absolute(&root)?;
+    let program = std::env::current_exe()
+        .map_err(|error| Error::Refused(format!("the program does not find itself: {error}")))?;
+    let member = [program.as_os_str(), "sweep".as_ref(), "member".as_ref(), "--leash".as_ref()];
+    let runs = Runs {
+        purpose,
+        member: member.map(ToOwned::to_owned).to_vec(),
+        settings: Settings {
+            jobs: how.jobs.map(usize::from).or(jobs.filter(|_| !how.slurm)),
+            memory: how.memory,
+            retry_failed: how.retry_failed,
+            force: how.force,
+            slurm: how.slurm.then(|| SlurmSettings {
+                program,
+                options: how.slurm_option.clone(),
+                submit: !how.no_submit,
+            }),
+        },
+        happens: &|text| {
+            if !how.quiet {
+                warn(text)
+            }
+        },
+        say: &|text| {
+            if !how.quiet {
+                say!("{text}")
+            }
+        },
+    };
+    let first = runs.seal(&mut plan, &root)?;
+    let interrupt = Interrupt::install()?;
+    let claim = runs.open(&plan, &root)?;
+    let ended = runs.on(&plan, (&root, &claim), interrupt);
+    // Before the members of an array job have run there is nothing to be seen.
+    crate::cli::view::write_report(&root, first.output.report && !how.slurm);
+    ended
 }
 
 /// Meshes with up to four times the vertices of the scene with the first values of `axes`.

@@ -8,9 +8,8 @@ use clap::{Args, Subcommand};
 
 use super::SceneArgs;
 use crate::run::Result;
-use crate::study::gather::{counts, gather};
 use crate::study::plan::Plan;
-use crate::study::{run, sweep};
+use crate::study::{Purpose, run};
 
 /// Arguments of `sweep`: those of a sweep, or a command for one that there is.
 #[derive(Debug, Args)]
@@ -38,9 +37,9 @@ earlier sweep in DIR that had another scene is refused. Exit code 1 if members f
 
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
-    /// Gather what there is of a sweep, finished or not: tables and plots.
+    /// Gather what there is of a sweep, comparison or accuracy study, finished or not: tables and plots.
     Collect {
-        /// The directory of the sweep.
+        /// Its directory.
         directory: PathBuf,
         /// Print nothing.
         #[arg(long)]
@@ -122,9 +121,7 @@ pub(super) fn run(args: &SweepArgs) -> Result<()> {
         (Some(Command::Collect { directory, quiet }), _) => {
             let root = super::absolute(directory)?;
             let plan = Plan::of(&root)?;
-            let told = gathered(&plan, &root, *quiet, false);
-            super::view::write_study_report(&plan, &root);
-            told.map(|_| ())
+            show(&Purpose::read(&plan, &root)?, &plan, &root, *quiet)
         }
         (Some(Command::Member { directory, number, leash }), _) => {
             run::member(&super::absolute(directory)?, *number, None, *leash)
@@ -133,16 +130,16 @@ pub(super) fn run(args: &SweepArgs) -> Result<()> {
     }
 }
 
-/// Gathers everything and says how it stands. Fails if members failed or were killed; with `all` also if some are
-/// not complete.
-fn gathered(plan: &Plan, root: &Path, quiet: bool, all: bool) -> Result<String> {
-    let members = gather(plan, root);
-    sweep::write(plan, &members, root)?;
-    if !quiet {
-        say!("{}", sweep::markdown(plan, &members).trim_end());
-        say!("{}; tables and plots are in {}", counts(&members), root.display());
-    }
-    sweep::standing(&members, all)
+/// Shows what there is of the study in `root`. Fails if members failed or were killed.
+pub(super) fn show(purpose: &Purpose, plan: &Plan, root: &Path, quiet: bool) -> Result<()> {
+    let say = |text: &str| {
+        if !quiet {
+            say!("{text}");
+        }
+    };
+    let shown = purpose.show(plan, root, &say, false);
+    super::view::write_study_report(plan, root);
+    shown.map(|_| ())
 }
 
 /// `8GB`, `500 MB`, `2GiB`, or a number of bytes.

@@ -1,9 +1,8 @@
 //! The advice in words: the cheapest integrator and tolerance for the target error.
 
 use super::errors::{Case, Point};
-use super::{Quantity, Role, Study};
+use super::{Quantity, Study};
 use crate::output::plot::label;
-use crate::study::run::Timing;
 
 /// Noise floor of errors, in units of the distance between the references.
 const NOISE_FLOOR_RATIO: f64 = 10.0;
@@ -13,20 +12,19 @@ const LARGEST_SOUND_ERROR: f64 = 1.0;
 /// Quantity of the advice: the one that was asked for; without that a field, or the number of regions where references
 /// diverge.
 pub(super) fn subject(study: &Study, case: &Case) -> Quantity {
-    let known = |quantity: &Quantity| case.points.iter().any(|p| p.error(*quantity).is_some());
-    let order = match case.diverged() {
+    let order = match case.reference.as_ref().and_then(|r| r.diverged) {
         None => [Quantity::Species, Quantity::Shape, Quantity::Energy],
         Some(_) => [Quantity::Spots, Quantity::Energy, Quantity::Amplitude],
     };
-    study.of.or_else(|| order.into_iter().find(known)).unwrap_or(Quantity::Species)
+    let known = case.quantities();
+    let first = order.into_iter().find(|quantity| known.contains(quantity));
+    study.of.or(first).unwrap_or(Quantity::Species)
 }
 
-/// Points of a case with an error of `quantity` and a time, the cheapest first; other programs are not among
-/// them.
-pub(super) fn ranked(case: &Case, quantity: Quantity) -> Vec<(&Point, f64, f64)> {
-    let all = case.points.iter().filter(|p| !p.is_peer());
-    let mut ranked: Vec<_> =
-        all.filter_map(|p| Some((p, p.error(quantity)?, p.seconds()?))).collect();
+/// Points of a case with an error of `quantity` and a time, the cheapest first.
+fn ranked(case: &Case, quantity: Quantity) -> Vec<(&Point, f64, f64)> {
+    let known = |p| Some((p, Point::error(p, quantity)?, p.found.step_seconds()?));
+    let mut ranked: Vec<_> = case.points.iter().filter_map(known).collect();
     ranked.sort_by(|a, b| a.2.total_cmp(&b.2));
     ranked
 }
@@ -48,10 +46,8 @@ pub(super) fn advice(study: &Study, case: &Case) -> String {
     }
     let quantity = subject(study, case);
     let ranked = ranked(case, quantity);
-    let name = quantity.name();
-    let wanted = percent(study.wanted);
-    let spread = case.spread_of(quantity).filter(|spread| *spread > study.wanted);
-    let enough = spread.unwrap_or(study.wanted);
+    let (name, wanted) = (quantity.name(), percent(study.wanted));
+    let spread = case.spread[quantity as usize].filter(|spread| *spread > study.wanted);
     let mut text = match spread {
         None => format!("For {wanted}"),
         Some(spread) => format!(
@@ -64,99 +60,57 @@ pub(super) fn advice(study: &Study, case: &Case) -> String {
         Some(at) => format!(" in the {name} before t = {}: ", label(at)),
         None => format!(" in the {name}: "),
     };
-    let fields = Quantity::FIELDS;
-    let sound =
-        |p: &Point| fields.iter().all(|q| p.error(*q).is_none_or(|e| e <= LARGEST_SOUND_ERROR));
-    let good = ranked.iter().filter(|(point, error, _)| *error <= enough && sound(point));
-    let good: Vec<_> = good.collect();
-    text += &match good.first() {
-        None => match ranked.iter().min_by(|a, b| a.1.total_cmp(&b.1)) {
-            Some((point, error, seconds)) => format!(
-                "no run is as accurate; the best is {} with an error of {} in {}. Give tighter --tolerances.",
-                described(study, point),
-                percent(*error),
-                time(*seconds)
-            ),
-            None => {
-                "no run has one: nothing there is to be measured (no spot, no buckling).".to_owned()
-            }
-        },
-        Some(best) => recommended(study, case, quantity, best, &good),
+    let sound = |p: &Point| {
+        Quantity::FIELDS.iter().all(|q| p.error(*q).is_none_or(|e| e <= LARGEST_SOUND_ERROR))
     };
-    text += &trust(study, case, quantity, &ranked);
-    if let Some((point, ..)) = good.first() {
+    let enough = spread.unwrap_or(study.wanted);
+    let mut good = ranked.iter().filter(|(point, error, _)| *error <= enough && sound(point));
+    let best = good.next();
+    let next = best.and_then(|(best, ..)| good.find(|(other, ..)| other.curve != best.curve));
+    let what = |(point, error, seconds): &(&Point, f64, f64)| {
+        let point = described(study, point);
+        format!("{point}, {} (error {})", time(*seconds), percent(*error))
+    };
+    text += &match (best, ranked.iter().min_by(|a, b| a.1.total_cmp(&b.1))) {
+        (Some(best), _) => what(best),
+        (None, Some(closest)) => {
+            let closest = what(closest);
+            format!("no run is as accurate; the best is {closest}. Give tighter --tolerances")
+        }
+        (None, None) => {
+            "no run has one: without spots and buckling nothing can be measured".to_owned()
+        }
+    };
+    text += &next.map_or(".".to_owned(), |next| format!("; next best {}.", what(next)));
+    text += &trust(case, quantity, &ranked);
+    if let Some((point, ..)) = best {
         text += &format!(" To run it: {}.", point.settings);
     }
     text
 }
 
-/// The cheapest run that is accurate enough, with its errors, its neighbours and the next best among `good`.
-fn recommended(
-    study: &Study,
-    case: &Case,
-    quantity: Quantity,
-    &&(point, error, seconds): &&(&Point, f64, f64),
-    good: &[&(&Point, f64, f64)],
-) -> String {
-    let what = |(point, error, seconds): (&Point, f64, f64)| {
-        format!("{}, {} (error {}", described(study, point), time(seconds), percent(error))
-    };
-    let others = Quantity::FIELDS.into_iter().filter(|q| *q != quantity);
-    let others = others.filter_map(|q| Some((q, point.error(q)?)));
-    let others: String = others
-        .map(|(q, error)| format!("; error of the {} {}", q.name(), percent(error)))
-        .collect();
-    let next = match good.iter().find(|(other, ..)| other.curve != point.curve) {
-        Some(&&next) => {
-            let longer = longer(point, next.0, next.2 / seconds);
-            format!("; next best {}; {longer}).", what(next))
-        }
-        None if study.curves.len() == 1 => ".".to_owned(),
-        None => "; no other integrator is as accurate at these tolerances.".to_owned(),
-    };
-    let neighbours = neighbours(study, case, point, quantity);
-    what((point, error, seconds)) + &neighbours + &others + ")" + &next
-}
-
 /// Describes the uncertainty of the references.
-fn trust(study: &Study, case: &Case, quantity: Quantity, ranked: &[(&Point, f64, f64)]) -> String {
+fn trust(case: &Case, quantity: Quantity, ranked: &[(&Point, f64, f64)]) -> String {
     let Some(reference) = &case.reference else { return String::new() };
     let first = &reference.name;
     let Some((second, _)) = &reference.confirmed else {
         return format!(" Flagged as unreliable: nothing confirms the reference, {first}.");
     };
     let Some(agreement) = case.floor(quantity) else { return String::new() };
-    let mut methods = study.runs.iter().filter_map(|role| match role {
-        Role::Reference { method, .. } => Some(method),
-        _ => None,
-    });
-    let best = methods.next();
-    let alike = match (reference.alike, methods.any(|method| Some(method) != best)) {
+    let alike = match reference.alike {
         _ if reference.stabilised => " (of one method at two stabilisations)",
-        (true, true) => " (of one method: no other came to its end)",
-        (true, false) => " (of one method: no other was asked for)",
-        (false, _) => "",
+        true => " (of one method)",
+        false => "",
     };
-    // Of many pairs one agrees well by accident.
-    let others = reference.others.iter().map(|(name, apart)| (name, *apart));
-    let third = others.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, apart)| {
-        quantity.is_field()
-            && reference.diverged.is_none()
-            && *apart > NOISE_FLOOR_RATIO * agreement
-    });
-    let third = third.map_or(String::new(), |(name, apart)| {
-        format!(" (the next, {name}, is {} away)", percent(apart))
-    });
     let agreed = percent(agreement);
-    let text = format!(" The references, {first} and {second}{alike}, agree to {agreed}{third}");
+    let mut text = format!(" The references, {first} and {second}{alike}, agree to {agreed}");
     // Of errors that are smaller than this more than their size is not known.
     let floor = NOISE_FLOOR_RATIO * agreement;
-    let below = ranked.iter().filter(|(_, error, _)| *error < floor).count();
-    let mut text = match below {
-        _ if agreement == 0.0 => format!("{text}."),
-        0 => format!("{text}, {NOISE_FLOOR_RATIO} times or more below every error shown."),
-        _ => format!(
-            "{text}: of errors below {} only the order of magnitude is known ({below} of {}).",
+    text += &match ranked.iter().filter(|(_, error, _)| *error < floor).count() {
+        _ if agreement == 0.0 => ".".to_owned(),
+        0 => format!(", {NOISE_FLOOR_RATIO} times or more below every error shown."),
+        below => format!(
+            ": of errors below {} only the order of magnitude is known ({below} of {}).",
             percent(floor),
             ranked.len()
         ),
@@ -178,41 +132,6 @@ fn trust(study: &Study, case: &Case, quantity: Quantity, ranked: &[(&Point, f64,
     text
 }
 
-/// Compares the times of two runs, within their scatter.
-fn longer(best: &Point, other: &Point, ratio: f64) -> String {
-    let spread = |p: &Point| p.found.timing.as_ref().map(Timing::spread);
-    let resolved = match (spread(best), spread(other)) {
-        (Some((_, slowest)), Some((fastest, _))) => fastest > slowest,
-        _ => true,
-    };
-    match resolved {
-        true => format!("{} times as long", label(two_digits(ratio))),
-        false => "as fast, within the scatter of the times".to_owned(),
-    }
-}
-
-/// Errors and times of the same integrator at the next tolerances.
-fn neighbours(study: &Study, case: &Case, point: &Point, quantity: Quantity) -> String {
-    let all = || case.points.iter().filter(|p| p.curve == point.curve && p.force == point.force);
-    let curve = study.curves.get(point.curve);
-    let branch = curve.is_some_and(|c| c.branches_off.is_some());
-    let place = |p: &Point| p.stabilisation.filter(|_| branch).unwrap_or(p.tolerance);
-    let order = |a: &&Point, b: &&Point| place(a).total_cmp(&place(b));
-    let tighter = all().filter(|p| place(p) < place(point)).max_by(order);
-    let looser = all().filter(|p| place(p) > place(point)).min_by(order);
-    let what = match curve {
-        Some(curve) if curve.fixed_steps => "steps",
-        _ if branch => "stabilisation",
-        _ => "at",
-    };
-    let said = |p: &Point| -> Option<String> {
-        let (error, seconds) = (p.error(quantity)?, p.seconds()?);
-        let place = Scientific(place(p));
-        Some(format!("; {what} {place} {} for {}", time(seconds), percent(error)))
-    };
-    [looser, tighter].into_iter().flatten().filter_map(said).collect()
-}
-
 /// A tolerance, as 3e-2.
 pub(super) struct Scientific(pub(super) f64);
 
@@ -230,21 +149,13 @@ impl std::fmt::Display for Scientific {
 
 /// An integrator with its tolerance.
 pub(super) fn described(study: &Study, point: &Point) -> String {
-    let curve = study.curves.get(point.curve);
-    let from = curve.and_then(|c| study.curves.get(c.branches_off?.curve)).or(curve);
-    let name = from.map_or("", |c| c.name.as_str());
     let tolerance = Scientific(point.tolerance);
-    let mut text = match curve.is_some_and(|c| c.fixed_steps) {
-        true => format!("{name}, steps of {tolerance} of the whole time"),
-        false => format!("{name}, rtol {tolerance}"),
-    };
-    if let Some(share) = point.stabilisation {
-        text += &format!(", stabilisation {}", Scientific(share));
+    match study.curves.get(point.curve) {
+        Some(curve) if curve.fixed_steps => {
+            format!("{}, steps of {tolerance} of the whole time", curve.name)
+        }
+        curve => format!("{}, rtol {tolerance}", curve.map_or("", |c| &c.name)),
     }
-    if let Some(force) = point.force {
-        text += &format!(", force tolerance {}", Scientific(force));
-    }
-    text
 }
 
 /// `2.3 %`, `3.6e-4 %`.
@@ -265,6 +176,6 @@ pub(super) fn time(seconds: f64) -> String {
 }
 
 /// Rounded to two digits.
-pub(super) fn two_digits(value: f64) -> f64 {
+fn two_digits(value: f64) -> f64 {
     format!("{value:.1e}").parse().unwrap_or(value)
 }

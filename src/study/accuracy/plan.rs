@@ -4,11 +4,10 @@ use std::path::Path;
 
 use super::advice::Scientific;
 use super::reference::stability_override;
-use super::request::{Options, TIGHTEST_TOLERANCE};
-use super::stabilisation::{Stabilisations, stabilised, take_axis};
-use super::{IntegratorCurve, Role, Study};
+use super::{IntegratorCurve, Quantity, Role, Study};
 use crate::kinetics::PluginSearch;
-use crate::model::Policy;
+use crate::model::{Model, Policy};
+use crate::num::Short;
 use crate::num::checked::Positive;
 use crate::run::{Error, Result, Simulation};
 use crate::scene::Scene;
@@ -16,20 +15,56 @@ use crate::solve::SolveError;
 use crate::study::plan::integrator::IntegratorChoice;
 use crate::study::plan::{Axis, Plan, seed_keys};
 
+/// Options of a study.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// Integrators, names or tables; the usual ones of the policy if there are none.
+    pub integrators: Vec<String>,
+    /// Tolerances.
+    pub tolerances: Vec<Positive>,
+    /// Integrators of the references; those of the policy if there are none.
+    pub references: Vec<String>,
+    /// Further seeds.
+    pub seeds: u16,
+    /// Wall time of a run, s; references have `PATIENCE` times as much.
+    pub limit: u64,
+    /// The target error.
+    pub wanted: f64,
+    /// Quantity of the target error.
+    pub of: Option<Quantity>,
+}
+
+/// Usual number of repetitions of short runs, to time them.
+pub const DEFAULT_REPEATS: u16 = 3;
+
+impl Default for Options {
+    fn default() -> Self {
+        let tolerances = [1e-1, 1e-2, 1e-3, 1e-4].into_iter().filter_map(Positive::new).collect();
+        let (integrators, references) = (Vec::new(), Vec::new());
+        Self { integrators, tolerances, references, seeds: 2, limit: 300, wanted: 0.01, of: None }
+    }
+}
+
+/// The tightest tolerance that can be met: numbers of 64 bits have 16 digits, and an error is a difference.
+const TIGHTEST_TOLERANCE: f64 = 1e-13;
 /// References are so many times tighter than the tightest tolerance.
 const REFERENCE_TIGHTENING: f64 = 100.0;
 /// The same of a staggered integrator, which is of second order.
 const STAGGERED_REFERENCE_TIGHTENING: f64 = 10.0;
+/// Ratio between the stabilisations of the references, and of the looser of them to the least of other runs.
+const REFERENCE_STABILISATION_RATIO: f64 = 0.1;
 /// Ratio of the force tolerance of references to that of other runs.
 const REFERENCE_FORCE_RATIO: f64 = 0.01;
 /// Round-off leaves forces of some 1e-14.
 const MIN_FORCE: f64 = 1e-12;
+/// Errors of kinetics alone grow with every period, and tight runs of them cost little.
+const STILL_TIGHTER: f64 = 100.0;
 /// References may take so many times as long as other runs.
-pub const PATIENCE: u64 = 5;
+const PATIENCE: u64 = 5;
 /// A run is given up that costs so many times as much as the dearest complete one: it is of no use whatever its error.
 const DEAREST: u64 = 5;
 /// Name of the first key, which chooses the run.
-pub const RUN: &str = "run";
+const RUN: &str = "run";
 
 /// Default integrators of a policy, without tolerances. The first is that of seeds.
 fn usual(policy: Policy, moves: bool) -> &'static [&'static str] {
@@ -59,24 +94,22 @@ const REFERENCES: [(&str, f64); 4] = [
     (r#"{ kind = "staggered" }"#, STAGGERED_REFERENCE_TIGHTENING),
     (r#"{ kind = "staggered", chemistry = "esdirk34" }"#, 0.5 * STAGGERED_REFERENCE_TIGHTENING),
 ];
-/// Those of stabilised shapes, in the place of the staggered ones. The looser stabilisation has the looser tolerance, so
-/// that their distance has both errors.
+/// Those of stabilised shapes, in the place of the staggered ones: two whose stabilisations are ten times apart. The looser
+/// stabilisation has the looser tolerance, so that their distance has both errors.
 const STABILISED_REFERENCES: [(&str, f64); 2] = [
     (r#"{ kind = "staggered" }"#, STAGGERED_REFERENCE_TIGHTENING),
     (r#"{ kind = "staggered" }"#, 0.5 * STAGGERED_REFERENCE_TIGHTENING),
 ];
-/// Errors of kinetics alone grow with every period, and tight runs of them cost little.
-const STILL_TIGHTER: f64 = 100.0;
 
 /// One run: its role, its name, what it sets.
-pub(super) type Planned = (Role, String, Vec<String>);
+type Planned = (Role, String, Vec<String>);
 
 /// The scene that a study is of, with the first values of the other keys.
-pub(super) struct Base<'a> {
-    pub(super) scene: &'a Path,
-    pub(super) set: Vec<String>,
+struct Base<'a> {
+    scene: &'a Path,
+    set: Vec<String>,
     search: &'a PluginSearch,
-    pub(super) options: &'a Options,
+    options: &'a Options,
     /// Integrators and references that are left out, and why.
     left_out: Vec<String>,
 }
@@ -86,52 +119,48 @@ impl Study {
     /// and the sweep that makes them.
     ///
     /// # Errors
-    /// Scenes that are not valid, integrators that are asked for and do not go with the scene.
+    /// Scenes that are not valid, integrators that are asked for and do not go with the scene, errors of what the scene has
+    /// not, tolerances that nothing meets.
     pub fn plan(
         scene: &Path,
         set: &[String],
-        mut others: Vec<Axis>,
+        others: Vec<Axis>,
         search: &PluginSearch,
         options: &Options,
     ) -> Result<(Self, Plan)> {
-        let asked = take_axis(&mut others);
+        if let Some(t) = options.tolerances.iter().find(|t| t.get() < TIGHTEST_TOLERANCE) {
+            return Err(Error::Refused(format!(
+                "--tolerances {}: below {TIGHTEST_TOLERANCE:e}, which no run can meet in numbers of 16 digits",
+                Short(t.get())
+            )));
+        }
         let first: Vec<String> = others.iter().flat_map(|axis| axis.overrides(0)).collect();
         let plain = Scene::varied(scene, set, &first)?;
-        let (moves, vertices, force) = size_and_tolerance(&plain, search)?;
-        let varied = Stabilisations::of(&plain, moves, asked.as_ref(), &others)?;
-        others.extend(asked.filter(|_| varied.is_none()));
+        let (moves, vertices, force) = size_and_tolerance(&plain, search, options.of)?;
         let base = [set, &first].concat();
         let mut base = Base { scene, set: base, search, options, left_out: Vec::new() };
         let candidates = base.candidates(usual(plain.time.policy, moves))?;
         let mut tolerances = options.tolerances.clone();
         tolerances.sort_by(|a, b| b.get().total_cmp(&a.get()));
-        let mut planned = base.points(&candidates, &tolerances, varied.as_ref())?;
-        let mut curves: Vec<_> = candidates.iter().map(IntegratorCurve::of).collect();
-        if let Some(varied) = &varied {
-            let (more, points) = varied.points(&base, &candidates, &tolerances, curves.len())?;
-            curves.extend(more);
-            planned.extend(points);
-        }
-        match &options.taken {
-            Some((study, plan)) => planned.extend(taken(study, plan)),
-            None => {
-                let tightest = tolerances.last().map_or(1e-4, |t| t.get());
-                let force = moves.then(|| options.tightest_force(force));
-                let mut made = base.references(tightest, force, varied.as_ref())?;
-                let goes = |sets: &[String], axis| allowed((scene, set), search, axis, sets);
-                made.retain(|(_, _, sets)| {
-                    !options.references.is_empty() || others.iter().all(|axis| goes(sets, axis))
-                });
-                let watch = stability_override(&plain, moves, vertices);
-                made.iter_mut().for_each(|(_, _, sets)| sets.extend(watch.clone()));
-                planned.extend(made);
-            }
-        }
+        let mut planned = base.points(&candidates, &tolerances)?;
+        let tightest = tolerances.last().map_or(1e-4, |t| t.get());
+        let share = least_stabilisation(&plain, &others, tightest).filter(|_| moves);
+        let mut made = base.references(tightest, moves.then_some(force), share)?;
+        let goes = |sets: &[String], axis| allowed((scene, set), search, axis, sets);
+        made.retain(|(_, _, sets)| {
+            !options.references.is_empty() || others.iter().all(|axis| goes(sets, axis))
+        });
+        let watch = stability_override(&plain, moves, vertices);
+        made.iter_mut().for_each(|(_, _, sets)| sets.extend(watch.clone()));
+        planned.extend(made);
         // Neither the loosest nor the tightest.
-        let like = 1.min(tolerances.len() - 1) * options.forces.len().max(1);
-        base.add_seeds(&plain, like, &mut planned)?;
+        base.add_seeds(&plain, 1.min(tolerances.len() - 1), &mut planned)?;
+        let curve = |c: &IntegratorChoice| IntegratorCurve {
+            name: c.name.clone(),
+            fixed_steps: c.fixed_steps,
+        };
         let study = Self {
-            curves,
+            curves: candidates.iter().map(curve).collect(),
             runs: planned.iter().map(|(role, _, _)| role.clone()).collect(),
             left_out: base.left_out,
             wanted: options.wanted,
@@ -139,28 +168,27 @@ impl Study {
         };
         let named = planned.into_iter().map(|(_, name, sets)| (name, sets)).collect();
         let axes = [Axis::named(RUN, named)].into_iter().chain(others).collect();
-        let mut plan = Plan::new(scene, set, axes)?;
-        plan.states = true;
-        study.limit(&mut plan, options.limit);
-        Ok((study, plan))
-    }
-
-    /// Bounds the time of every member; references have more.
-    fn limit(&self, plan: &mut Plan, seconds: u64) {
+        let mut plan = Plan { states: true, ..Plan::new(scene, set, axes)? };
         for member in &mut plan.members {
-            let patience = if self.is_reference(&member.at) { PATIENCE } else { 1 };
-            member.limit = Some(patience.saturating_mul(seconds));
+            let patience = if study.is_reference(&member.at) { PATIENCE } else { 1 };
+            member.limit = Some(patience.saturating_mul(options.limit));
             member.dearest = Some(patience.saturating_mul(DEAREST));
         }
+        Ok((study, plan))
     }
 }
 
 /// Whether the shape of `scene` moves, its number of vertices and the force tolerance; the most where its own integrator
-/// does not go with it.
-fn size_and_tolerance(scene: &Scene, search: &PluginSearch) -> Result<(bool, usize, f64)> {
+/// does not go with it. Refuses errors `of` what the scene has not.
+fn size_and_tolerance(
+    scene: &Scene,
+    search: &PluginSearch,
+    of: Option<Quantity>,
+) -> Result<(bool, usize, f64)> {
     match Simulation::new(scene, search) {
         Ok(simulation) => {
             let model = simulation.model();
+            of.map_or(Ok(()), |of| of.check(model))?;
             Ok((model.moves(), model.sheet().rest().len(), simulation.force_tolerance()))
         }
         // Others may.
@@ -171,16 +199,32 @@ fn size_and_tolerance(scene: &Scene, search: &PluginSearch) -> Result<(bool, usi
     }
 }
 
-pub(super) fn forced(tolerance: f64) -> String {
-    format!("equilibrium.tolerance={tolerance:?}")
+/// The least stabilisation of runs at tolerances from `tightest`, which it follows; none where no shape is stabilised, or
+/// where `others` vary stabilisation or policy.
+fn least_stabilisation(scene: &Scene, others: &[Axis], tightest: f64) -> Option<f64> {
+    let varied = |axis: &Axis| ["time.stabilisation", "time.policy"].contains(&&*axis.key);
+    let stabilised = scene.time.policy == Policy::QuasiStatic && !others.iter().any(varied);
+    let given = scene.time.span.stabilisation.map(f64::from);
+    stabilised.then(|| given.filter(|share| *share > 0.0).unwrap_or(tightest))
 }
 
-/// The references of another study, as that has planned them.
-fn taken(study: &Study, plan: &Plan) -> Vec<Planned> {
-    let Some(axis) = plan.axes.first() else { return Vec::new() };
-    let all = study.runs.iter().zip(&axis.values).zip(&axis.settings);
-    let references = all.filter(|((role, _), _)| matches!(role, Role::Reference { .. }));
-    references.map(|((role, name), sets)| (role.clone(), name.clone(), sets.clone())).collect()
+impl Quantity {
+    /// Refuses it where `model` has nothing that it could be measured of.
+    ///
+    /// # Errors
+    /// What the scene lacks.
+    pub fn check(self, model: &Model) -> Result<()> {
+        let lacks = match self {
+            Self::Shape | Self::Amplitude | Self::Buckling if !model.moves() => {
+                "nothing moves in this scene"
+            }
+            Self::Species | Self::Spots | Self::Separation if model.chemistry().is_none() => {
+                "this scene has no species"
+            }
+            _ => return Ok(()),
+        };
+        Err(Error::Refused(format!("--of: {lacks}, so the {} has no error", self.name())))
+    }
 }
 
 impl Base<'_> {
@@ -208,49 +252,40 @@ impl Base<'_> {
         Ok(candidates)
     }
 
-    /// Every integrator at every tolerance with every force tolerance.
+    /// Every integrator at every tolerance.
     fn points(
         &self,
         candidates: &[IntegratorChoice],
         tolerances: &[Positive],
-        varied: Option<&Stabilisations>,
     ) -> Result<Vec<Planned>> {
-        let mut forces: Vec<Option<f64>> =
-            self.options.forces.iter().map(|f| Some(f.get())).collect();
-        if forces.is_empty() {
-            forces.push(None);
-        }
         let mut planned = Vec::new();
         for (curve, choice) in candidates.iter().enumerate() {
             for at in tolerances {
-                for force in forces.iter().copied() {
-                    let mut sets = vec![choice.at(self.scene, &self.set, *at)?];
-                    sets.extend(force.map(forced));
-                    let tolerance = at.get();
-                    let mut name = format!("{}, {}", choice.name, Scientific(tolerance));
-                    name.extend(force.map(|force| format!(", forces {}", Scientific(force))));
-                    let stabilisation = varied.and_then(|v| v.default_at(choice, tolerance));
-                    let role = Role::Point { curve, tolerance, force, stabilisation };
-                    planned.push((role, name, sets));
-                }
+                let sets = vec![choice.at(self.scene, &self.set, *at)?];
+                let tolerance = at.get();
+                let name = format!("{}, {}", choice.name, Scientific(tolerance));
+                planned.push((Role::Point { curve, tolerance }, name, sets));
             }
         }
         Ok(planned)
     }
 
-    /// References, tighter than `tightest` and, where sheets move, with forces more exact than `force`.
+    /// References, tighter than `tightest` and, where sheets move, with forces more exact than `force`; two of stabilised
+    /// shapes with stabilisations below `share`.
     fn references(
         &mut self,
         tightest: f64,
         force: Option<f64>,
-        varied: Option<&Stabilisations>,
+        share: Option<f64>,
     ) -> Result<Vec<Planned>> {
         let asked = &self.options.references;
         let plain = |(text, tighter): &(&'static str, f64)| (*text, *tighter, None);
-        let texts: Vec<(&str, f64, Option<f64>)> = match (asked.is_empty(), varied) {
+        let texts: Vec<(&str, f64, Option<f64>)> = match (asked.is_empty(), share) {
             (true, None) => REFERENCES.iter().map(plain).collect(),
-            (true, Some(varied)) => {
-                let pair = STABILISED_REFERENCES.iter().zip(varied.references(tightest));
+            (true, Some(share)) => {
+                let larger = REFERENCE_STABILISATION_RATIO * share.min(tightest);
+                let shares = [REFERENCE_STABILISATION_RATIO * larger, larger];
+                let pair = STABILISED_REFERENCES.iter().zip(shares);
                 let pair = pair.map(|((text, tighter), share)| (*text, *tighter, Some(share)));
                 let others = REFERENCES.iter().filter(|(text, _)| text.contains("monolithic"));
                 pair.chain(others.map(plain)).collect()
@@ -277,8 +312,9 @@ impl Base<'_> {
             let tolerance = (tightest / (tighter * still)).max(TIGHTEST_TOLERANCE);
             let Some(tolerance) = Positive::new(tolerance) else { continue };
             let mut sets = vec![choice.at(self.scene, &self.set, tolerance)?];
-            sets.extend(force.map(|f| forced(f.min((REFERENCE_FORCE_RATIO * f).max(MIN_FORCE)))));
-            sets.extend(stabilisation.map(stabilised));
+            let force = force.map(|f| f.min((REFERENCE_FORCE_RATIO * f).max(MIN_FORCE)));
+            sets.extend(force.map(|force| format!("equilibrium.tolerance={force:?}")));
+            sets.extend(stabilisation.map(|s| format!("time.stabilisation={}", Scientific(s))));
             let mut name = format!("{}, {}", choice.name, Scientific(tolerance.get()));
             name.extend(stabilisation.map(|s| format!(", stabilisation {}", Scientific(s))));
             let method = choice.method().to_owned();
@@ -299,7 +335,7 @@ impl Base<'_> {
         for seed in (1001..).take(self.options.seeds.into()) {
             let seeds = paths.iter().map(|path| format!("{path}={seed}"));
             let sets = planned[like].2.iter().cloned().chain(seeds).collect();
-            planned.push((Role::Seed { seed, like }, format!("seed {seed}"), sets));
+            planned.push((Role::Seed { like }, format!("seed {seed}"), sets));
         }
         Ok(())
     }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::num::real;
 use crate::run::{Error, Result};
 use crate::study::extent;
-use crate::study::gather::{Distance, Measures};
+use crate::study::gather::Measures;
 
 /// Quantity whose error is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
@@ -122,11 +122,4 @@ fn buckling(course: &[Measures]) -> Option<f64> {
     let after = course.iter().position(|m| m.deflection >= half)?;
     let (a, b) = (course.get(after.checked_sub(1)?)?, &course[after]);
     Some(a.time + (b.time - a.time) * (half - a.deflection) / (b.deflection - a.deflection))
-}
-
-impl Distance {
-    /// Of a field; of shapes for a measure.
-    pub(super) fn of(&self, quantity: Quantity) -> f64 {
-        if quantity == Quantity::Species { self.of_species() } else { self.of_shape() }
-    }
 }

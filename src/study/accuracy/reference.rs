@@ -7,14 +7,12 @@
 use std::fs;
 use std::path::Path;
 
-use super::errors::Errors;
+use super::errors::{OfQuantities, errors};
 use crate::model::{Policy, State};
 use crate::output::ResultDirectory;
 use crate::scene::Scene;
 use crate::study::extent;
-use crate::study::gather::{
-    Distance, MemberResults, Norm, REFERENCES_DIVERGED, first_beyond, read, states,
-};
+use crate::study::gather::{Distance, Norm, REFERENCES_DIVERGED, Run, first_beyond};
 use crate::study::plan::Plan;
 
 /// Changes below this, relative to what changes, are none.
@@ -25,7 +23,7 @@ pub(super) struct Reference {
     /// Integrator and tolerance that made it.
     pub(super) name: String,
     /// Another one, and the errors of that relative to it.
-    pub(super) confirmed: Option<(String, Errors)>,
+    pub(super) confirmed: Option<(String, OfQuantities)>,
     /// Whether both are of one method.
     pub(super) alike: bool,
     /// Whether they differ in their stabilisation.
@@ -42,14 +40,6 @@ pub(super) struct Reference {
     pub(super) run: Run,
 }
 
-/// A run and its states.
-pub(super) struct Run {
-    /// The member of the study that it is.
-    pub(super) member: usize,
-    pub(super) found: MemberResults,
-    pub(super) states: Vec<State>,
-}
-
 /// A reference that is complete.
 pub(super) struct Candidate {
     /// Integrator and tolerance.
@@ -58,16 +48,10 @@ pub(super) struct Candidate {
     pub(super) method: String,
     /// Its stabilisation, if it is one of the two that differ in it.
     pub(super) stabilisation: Option<f64>,
+    /// Its number in the study.
+    pub(super) member: usize,
     /// Its results.
     pub(super) run: Run,
-}
-
-impl Run {
-    pub(super) fn read(plan: &Plan, root: &Path, member: usize) -> Self {
-        let found = read(plan, root, member);
-        let states = states::read(&plan.directory(root, member).join(ResultDirectory::STATES));
-        Self { member, found, states }
-    }
 }
 
 /// The best of the `candidates`; those that cannot be compared with it are added to `lost`.
@@ -80,7 +64,7 @@ pub(super) fn choose(
     let pair = stabilised_pair(&candidates);
     let stabilised = pair.is_some();
     let (first, second) = pair.or_else(|| closest(norm, &candidates))?;
-    let Candidate { method, run: truth, .. } = &candidates[first];
+    let Candidate { method, member, run: truth, .. } = &candidates[first];
     // One that is elsewhere is on another branch, however well two others agree.
     let mut diverged: Option<f64> = None;
     let mut others = Vec::new();
@@ -101,13 +85,12 @@ pub(super) fn choose(
     }
     let confirmed = second.map(|second| {
         let Candidate { name, run, .. } = &candidates[second];
-        let run = (&run.found.measures[..], &run.states[..]);
-        (name.clone(), Errors::new(norm, run, truth, diverged))
+        (name.clone(), errors(norm, run, truth, diverged))
     });
     let alike = second.is_some_and(|second| candidates[second].method == *method);
     // Under drag shapes fall along negative-curvature directions all the time.
-    let resting = plan.scene(truth.member).is_ok_and(|s| s.time.policy == Policy::QuasiStatic);
-    let unstable = resting.then(|| unstable_from(&plan.directory(root, truth.member)));
+    let resting = plan.scene(*member).is_ok_and(|s| s.time.policy == Policy::QuasiStatic);
+    let unstable = resting.then(|| unstable_from(&plan.directory(root, *member)));
     let (unstable, still) = (unstable.flatten(), is_still(norm, truth));
     let Candidate { name, run, .. } = candidates.swap_remove(first);
     Some(Reference { name, confirmed, alike, stabilised, diverged, unstable, still, others, run })

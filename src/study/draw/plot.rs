@@ -1,64 +1,60 @@
-//! Plots of values against one of the keys of a study.
+//! Plots of values against time, cost, or a key of a study.
 
-use super::{combinations, selected};
-use crate::num::real;
-use crate::output::plot::{Curve, Figure, Panel};
+use std::collections::BTreeMap;
+
+use crate::output::plot::{Curve, Panel};
 use crate::study::gather::Statistics;
-use crate::study::plan::Plan;
 
-/// Curves against axis number `axis` of a plan: one for every combination of values of the axes that `curve_axes` holds of.
-pub struct StudyPlot<F> {
-    axis: usize,
-    curve_axes: F,
-    curves: Vec<(Vec<usize>, String)>,
-    /// Where the values of the axis are drawn: at themselves, or at 1, 2, … if they are not numbers.
-    pub places: Vec<f64>,
+/// Values from here down are round-off.
+pub const ROUND_OFF: f64 = 1e-15;
+
+/// A panel with axes that are not logarithmic.
+pub fn panel(title: &str, across: &str, curves: Vec<Curve>) -> Panel {
+    Panel { title: title.to_owned(), across: across.to_owned(), curves, ..Panel::default() }
 }
 
-impl<F: Fn(usize) -> bool + Copy> StudyPlot<F> {
-    pub fn new(plan: &Plan, axis: usize, curve_axes: F) -> Self {
-        let drawn = &plan.axes[axis];
-        let places =
-            drawn.numbers().unwrap_or_else(|| (1..=drawn.values.len()).map(real).collect());
-        Self { axis, curve_axes, curves: combinations(plan, curve_axes), places }
-    }
-
-    /// Curve and x of a run with the values `at` of the axes.
-    pub fn curve_and_x(&self, at: &[usize]) -> Option<(usize, f64)> {
-        let kept = selected(at, self.curve_axes);
-        let curve = self.curves.iter().position(|(known, _)| *known == kept)?;
-        Some((curve, *self.places.get(*at.get(self.axis)?)?))
-    }
-
-    /// A curve through the means of `values` for every combination; marks for all of them where a mean is of several.
-    pub fn curves<'a>(&self, values: impl Iterator<Item = (&'a [usize], f64)>) -> Vec<Curve> {
-        let mut points: Vec<Vec<(f64, Vec<f64>)>> = vec![Vec::new(); self.curves.len()];
-        for (at, y) in values {
-            let Some((name, x)) = self.curve_and_x(at) else { continue };
-            match points[name].iter_mut().find(|(at, _)| *at == x) {
-                Some((_, values)) => values.push(y),
-                None => points[name].push((x, vec![y])),
-            }
+/// A panel of values against a cost, both logarithmic, of points `(name, cost, value)`. Values of 0 are marks at the lower
+/// edge, points without a value crosses at the upper one.
+pub fn cost_panel(
+    title: &str,
+    across: &str,
+    points: impl Iterator<Item = (usize, f64, Option<f64>)>,
+) -> Panel {
+    let mut panel = Panel { logarithmic: (true, true), ..panel(title, across, Vec::new()) };
+    for (name, cost, value) in points {
+        match value {
+            None => panel.failed.push((name, cost)),
+            Some(value) if value <= ROUND_OFF => panel.zeros.push((name, cost)),
+            Some(value) => match panel.curves.iter_mut().find(|curve| curve.name == name) {
+                Some(curve) => curve.points.push((cost, value)),
+                None => panel.curves.push(Curve { name, points: vec![(cost, value)] }),
+            },
         }
-        let (mut means, mut marks) = (Vec::new(), Vec::new());
-        for (name, mut points) in points.into_iter().enumerate().filter(|(_, p)| !p.is_empty()) {
-            points.sort_by(|a, b| a.0.total_cmp(&b.0));
-            if points.iter().any(|(_, values)| values.len() > 1) {
-                let all = points.iter().flat_map(|(x, values)| values.iter().map(|y| (*x, *y)));
-                marks.extend(all.map(|point| Curve { name, points: vec![point] }));
-            }
-            let mean = |(x, values): &(f64, Vec<f64>)| Some((*x, Statistics::of(values).mean?));
-            means.push(Curve { name, points: points.iter().filter_map(mean).collect() });
-        }
-        means.extend(marks);
-        means
     }
+    panel
+}
 
-    /// `panels` with the names of the curves; `only_name` where there is one for all.
-    pub fn figure(self, only_name: &str, panels: Vec<Panel>) -> Figure {
-        let name =
-            |(_, name): (Vec<usize>, String)| if name.is_empty() { only_name.into() } else { name };
-        let names = self.curves.into_iter().map(name).collect();
-        Figure { names, guides: 0, marks: Vec::new(), panels }
+/// A curve for every name through the means of the values at every place, of points `(name, place, value)`; marks for all of
+/// them where a mean is of several.
+pub fn curves(points: impl Iterator<Item = (usize, f64, f64)>) -> Vec<Curve> {
+    let mut all: BTreeMap<usize, Vec<(f64, Vec<f64>)>> = BTreeMap::new();
+    for (name, place, value) in points {
+        let points = all.entry(name).or_default();
+        match points.iter_mut().find(|(at, _)| *at == place) {
+            Some((_, values)) => values.push(value),
+            None => points.push((place, vec![value])),
+        }
     }
+    let (mut means, mut marks) = (Vec::new(), Vec::new());
+    for (name, mut points) in all {
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        if points.iter().any(|(_, values)| values.len() > 1) {
+            let all = points.iter().flat_map(|(x, values)| values.iter().map(|y| (*x, *y)));
+            marks.extend(all.map(|point| Curve { name, points: vec![point] }));
+        }
+        let mean = |(x, values): &(f64, Vec<f64>)| Some((*x, Statistics::of(values).mean?));
+        means.push(Curve { name, points: points.iter().filter_map(mean).collect() });
+    }
+    means.extend(marks);
+    means
 }

@@ -80,6 +80,35 @@ pub fn first_beyond(course: &[Distance], bound: f64) -> Option<&Distance> {
     course.iter().find(|distance| distance.largest() > bound)
 }
 
+/// The largest distances of `course`: of shapes, of species.
+pub(in crate::study) fn largest<'a>(
+    course: impl Iterator<Item = &'a Distance>,
+) -> Option<(f64, f64)> {
+    let larger = |(a, b): (f64, f64), (c, d): (f64, f64)| (a.max(c), b.max(d));
+    course.map(|d| (d.of_shape(), d.of_species())).reduce(larger)
+}
+
+/// Distance of one run from another over the output times they have in common.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Deviations {
+    /// At every time.
+    pub course: Vec<Distance>,
+    /// Largest distances before the runs diverge: of shapes, of species; none if they begin apart.
+    pub largest: Option<(f64, f64)>,
+    /// The first distance beyond [`DIVERGED`].
+    pub diverged: Option<Distance>,
+}
+
+impl Deviations {
+    /// Returns those of the distances along time.
+    #[must_use]
+    pub fn new(course: Vec<Distance>) -> Self {
+        let diverged = first_beyond(&course, DIVERGED).copied();
+        let before = course.iter().take_while(|d| diverged.is_none_or(|at| d.time < at.time));
+        Self { largest: largest(before), diverged, course }
+    }
+}
+
 /// The norm that differences of states of one model are measured in: a root mean square over the area at rest,
 /// `‖f‖² = Σ A_i f_i² / Σ A_i`, so that it does not depend on where a mesh is fine. Points without a sheet count
 /// alike.
@@ -113,6 +142,11 @@ impl Norm {
         };
         let species = model.chemistry().map(all).unwrap_or_default();
         Self { moves: model.moves(), ..Self::new(model.sheet(), species) }
+    }
+
+    /// Whether there is a sheet, not points alone.
+    pub(crate) fn has_sheet(&self) -> bool {
+        !self.faces.is_empty()
     }
 
     /// Whether there are species to compare.

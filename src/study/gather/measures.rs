@@ -67,38 +67,20 @@ impl Measures {
 
     /// Measures of a row of `measures.csv`; none for a row of other length.
     pub(super) fn from_row(row: &[f64]) -> Option<Self> {
-        // Rows of earlier versions have no widths.
-        let mut all = [f64::NAN; 12];
-        all.get_mut(..row.len()).filter(|_| row.len() >= 10)?.copy_from_slice(row);
-        let [
-            _,
-            time,
-            spots,
-            d,
-            nearest,
-            share,
-            amplitude,
-            deflection,
-            energy,
-            rate,
-            width,
-            wrinkles,
-        ] = all;
-        let given = |value: f64| (!value.is_nan()).then_some(value);
-        let [separation, nearest, width, wrinkle_width] = [d, nearest, width, wrinkles].map(given);
-        let spots = whole(spots);
-        Some(Self {
-            time,
-            energy,
-            amplitude,
-            deflection,
-            spots,
-            separation,
-            nearest,
-            share,
-            width,
-            wrinkle_width,
-            rate,
+        let known = |k: usize| row.get(k).copied().filter(|value| !value.is_nan());
+        (row.len() >= 10).then(|| Self {
+            time: row[1],
+            spots: whole(row[2]),
+            separation: known(3),
+            nearest: known(4),
+            share: row[5],
+            amplitude: row[6],
+            deflection: row[7],
+            energy: row[8],
+            rate: row[9],
+            // Rows of earlier versions have no widths.
+            width: known(10),
+            wrinkle_width: known(11),
         })
     }
 }

@@ -9,11 +9,15 @@ mod totals;
 use std::fs;
 use std::path::Path;
 
-pub use self::distance::{DIVERGED, Difference, Distance, Norm, REFERENCES_DIVERGED, first_beyond};
+pub(super) use self::distance::largest;
+pub use self::distance::{
+    DIVERGED, Deviations, Difference, Distance, Norm, REFERENCES_DIVERGED, first_beyond,
+};
 pub use self::measures::{Measures, measure};
 pub use self::statistics::Statistics;
 use super::plan::Plan;
 use super::run::Timing;
+use crate::model::State;
 use crate::num::real;
 use crate::output::ledger::value;
 use crate::output::{Ledger, ResultDirectory, RunStatus, SelfIntersection, Standing};
@@ -129,14 +133,46 @@ pub struct MemberResults {
 }
 
 impl MemberResults {
+    /// Whether it completed.
+    pub(crate) fn is_complete(&self) -> bool {
+        self.status == MemberStatus::Complete
+    }
+
     /// Why it did not complete; empty if it did.
     pub(crate) fn why_incomplete(&self) -> &str {
-        if self.status == MemberStatus::Complete { "" } else { &self.reason }
+        if self.is_complete() { "" } else { &self.reason }
+    }
+
+    /// Processor time of its steps, s: the median where they were made several times.
+    pub(crate) fn step_seconds(&self) -> Option<f64> {
+        self.timing.as_ref().map(Timing::median).filter(|seconds| seconds.is_finite())
+    }
+
+    /// The work of its steps.
+    pub(crate) fn step_work(&self) -> Option<Work> {
+        Some(self.work? - self.start?)
     }
 
     /// Largest resident memory, MB.
     pub(crate) fn peak_resident_megabytes(&self) -> Option<f64> {
         Some(real(usize::try_from(self.memory?).ok()?) / 1e6)
+    }
+}
+
+/// A member with its states at the output times, as far as it came.
+#[derive(Debug, Clone, Default)]
+pub struct Run {
+    /// Its results.
+    pub found: MemberResults,
+    /// Its states.
+    pub states: Vec<State>,
+}
+
+impl Run {
+    /// Reads member `number` of the study in `root`.
+    pub(super) fn read(plan: &Plan, root: &Path, number: usize) -> Self {
+        let states = plan.directory(root, number).join(ResultDirectory::STATES);
+        Self { found: read(plan, root, number), states: states::read(&states) }
     }
 }
 

@@ -24,10 +24,14 @@ pub(super) fn check_keys(scene: &Path, set: &[String], axes: &[Axis]) -> Result<
     let inside = |rest: &str| rest.is_empty() || rest.starts_with(['.', '[']);
     let within = |inner: &str, outer: &str| inner.strip_prefix(outer).is_some_and(inside);
     let key = |text: &str| text.split('=').next().unwrap_or_default().trim().to_owned();
+    let counts = axes.iter().enumerate().map(|(k, axis)| (k, axis.overrides(0).count()));
+    let axis: Vec<usize> = counts.flat_map(|(k, count)| std::iter::repeat_n(k, count)).collect();
     let refuse = |message: String| Err(Error::Refused(message));
     for (k, own_key) in varied.iter().enumerate() {
         let own = key(&over[k]);
-        for (earlier, other) in varied[..k].iter().zip(&over) {
+        // Overrides of one value follow one another: the last one holds.
+        let others = varied[..k].iter().zip(&over).zip(&axis).filter(|(_, of)| **of != axis[k]);
+        for ((earlier, other), _) in others {
             if own_key == earlier {
                 return refuse(format!(
                     "--over sets {own_key} twice; give it once, with all values"

@@ -2,21 +2,21 @@
 
 use std::ffi::OsString;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
-use super::slurm::{self, Array};
+use super::slurm::{self, SlurmSettings};
 use super::{Pool, available, limit_of};
-use crate::output::{Claim, Interrupt, ResultDirectory};
+use crate::output::{Claim, Interrupt, OutputError, ResultDirectory};
 use crate::run::run::end;
 use crate::run::{Error, Result, Simulation, provenance};
 use crate::scene::Scene;
 use crate::solve::SolveError;
-use crate::study::accuracy::Study;
-use crate::study::directory::{claim, names, refuse, remove_file, remove_run};
+use crate::study::directory::{names, refuse, remove_run};
 use crate::study::gather::{MemberStatus, counts, gather, status};
 use crate::study::plan::Plan;
-use crate::study::sweep::{PAGE, STATISTICS, TABLE, write_tables};
+use crate::study::sweep::write_tables;
+use crate::study::{Purpose, accuracy, compare, sweep};
 
 /// How members are run.
 #[derive(Debug, Clone, Default)]
@@ -33,36 +33,19 @@ pub struct Settings {
     pub slurm: Option<SlurmSettings>,
 }
 
-/// How Slurm runs members.
-#[derive(Debug, Clone)]
-pub struct SlurmSettings {
-    /// This program, its full path.
-    pub program: PathBuf,
-    /// More options of sbatch.
-    pub options: Vec<String>,
-    /// Whether the job script is submitted.
-    pub submit: bool,
-}
-
 /// Runs of many members, and what is made of them.
 pub struct Runs<'a> {
-    /// The command that makes them.
-    pub command: &'a str,
+    /// What for.
+    pub purpose: Purpose,
     /// How.
     pub settings: Settings,
     /// Command of a member in a process of its own ([`member`](fn@super::member)), to which the directory of the
     /// study and the number of the member are appended.
     pub member: Vec<OsString>,
-    /// Refuses a plan before anything is written.
-    pub check: &'a dyn Fn(&Plan) -> Result<()>,
-    /// Prepares the directory before any is run.
-    pub prepare: &'a dyn Fn(&Path) -> Result<()>,
-    /// Gathers what there is of a plan in a directory; says how it stands.
-    pub gather: &'a dyn Fn(&Plan, &Path) -> Result<String>,
     /// Called with a line of text for everything that happens.
     pub happens: &'a dyn Fn(&str),
-    /// Called with the text on an array job.
-    pub submitted: &'a dyn Fn(&str),
+    /// Called with lines of results.
+    pub say: &'a dyn Fn(&str),
 }
 
 impl Runs<'_> {
@@ -78,7 +61,6 @@ impl Runs<'_> {
         simulation.notes().iter().for_each(|note| (self.happens)(note));
         drop(simulation);
         plan.seal()?;
-        (self.check)(plan)?;
         Ok(first)
     }
 
@@ -89,8 +71,11 @@ impl Runs<'_> {
     /// A directory that is refused, and why; from the operating system.
     pub fn open(&self, plan: &Plan, root: &Path) -> Result<Claim> {
         let force = self.settings.force;
-        let (claim, found) = claim(root, || check(root, plan, force))?;
-        if found && force {
+        check(root, plan, force)?;
+        fs::create_dir_all(root).map_err(OutputError::write(root))?;
+        let claim = Claim::take(root)?;
+        // Another study may have been there until just now.
+        if check(root, plan, force)? && force {
             clear(root)?;
         }
         plan.write(root)?;
@@ -108,11 +93,16 @@ impl Runs<'_> {
         (root, claim): (&Path, &Claim),
         interrupt: Interrupt,
     ) -> Result<()> {
-        let outcome = (self.prepare)(root).and_then(|()| match &self.settings.slurm {
+        let prepared = self.purpose.prepare((plan, root), self.say, interrupt);
+        let outcome = prepared.and_then(|()| match &self.settings.slurm {
             Some(slurm) => self.submit(plan, root, slurm),
             None => self.here(plan, root, interrupt),
         });
         end(claim, outcome)
+    }
+
+    fn show(&self, plan: &Plan, root: &Path) -> Result<String> {
+        self.purpose.show(plan, root, self.say, true)
     }
 
     /// The members that are to be run: those that are not complete; those that failed only if asked for, or
@@ -134,24 +124,23 @@ impl Runs<'_> {
     fn submit(&self, plan: &Plan, root: &Path, slurm: &SlurmSettings) -> Result<String> {
         let members = self.left(plan, root);
         if members.is_empty() {
-            return (self.gather)(plan, root);
+            return self.show(plan, root);
         }
-        let SlurmSettings { program, options, submit } = slurm;
-        let array =
-            Array { plan, root, program: program.clone(), jobs: self.settings.jobs, options };
-        let script = array.write(&members)?;
-        let command = if self.command == "sweep" { "sweep collect" } else { self.command };
-        let (collect, tasks) = (format!("rumple {command} {}", root.display()), members.len());
-        let (text, done) = if *submit {
-            let job = array.submit(&script)?;
-            let text = format!("job {job}: {tasks} tasks; gather what there is with {collect}");
-            (text, format!("submitted to Slurm as job {job}"))
-        } else {
-            let script = script.display();
-            let text = format!("{script}: {tasks} tasks; submit it with sbatch, then {collect}");
-            (text, "the job script is written".to_owned())
+        let (script, job) = slurm.write((plan, root), &members, self.settings.jobs)?;
+        let (tasks, collect) = (members.len(), format!("rumple sweep collect {}", root.display()));
+        let (text, done) = match job {
+            Some(job) => (
+                format!("job {job}: {tasks} tasks; gather what there is with {collect}"),
+                format!("submitted to Slurm as job {job}"),
+            ),
+            None => {
+                let script = script.display();
+                let text =
+                    format!("{script}: {tasks} tasks; submit it with sbatch, then {collect}");
+                (text, "the job script is written".to_owned())
+            }
         };
-        (self.submitted)(&text);
+        (self.say)(&text);
         Ok(done)
     }
 
@@ -189,10 +178,10 @@ impl Runs<'_> {
         match broken {
             Some(error) => Err(error),
             None if interrupt.requested() => {
-                let _ = (self.gather)(plan, root);
+                let _ = self.show(plan, root);
                 Err(Error::Solve(SolveError::Interrupted))
             }
-            None => (self.gather)(plan, root),
+            None => self.show(plan, root),
         }
     }
 }
@@ -243,14 +232,15 @@ fn clear(root: &Path) -> Result<()> {
         let _ = fs::remove_dir(logs);
     }
     let _ = fs::remove_dir(members);
-    let ours = [Plan::FILE, TABLE, STATISTICS, PAGE, ResultDirectory::PLOTS, slurm::SCRIPT];
-    let old = ["pictures.png", "accuracy.html"];
-    let ours = [&ours[..], &old, &[ResultDirectory::REPORT], &Study::FILES[..]].concat();
+    let ours = [Plan::FILE, ResultDirectory::PLOTS, ResultDirectory::REPORT, slurm::SCRIPT];
+    let tables = [sweep::FILES, &accuracy::Study::FILES, &[compare::TABLE, compare::PAGE]].concat();
+    // Of earlier versions.
+    let ours = [&ours[..], &tables, &["pictures.png", "accuracy.html"]].concat();
     for name in names(root)? {
-        // Of earlier versions.
         let plot = name.starts_with("plot-") && (name.ends_with(".svg") || name.ends_with(".png"));
         if plot || ours.contains(&name.as_str()) {
-            remove_file(&root.join(name))?;
+            let path = root.join(name);
+            fs::remove_file(&path).map_err(OutputError::write(&path))?;
         }
     }
     Ok(())

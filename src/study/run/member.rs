@@ -6,7 +6,7 @@ use std::{io, thread};
 use crate::kinetics::HostLaw;
 use crate::output::{Interrupt, Mode, Progress};
 use crate::run::run::Ending;
-use crate::run::{Error, Result, provenance};
+use crate::run::{Error, Result};
 use crate::solve::SolveError;
 use crate::study::plan::Plan;
 
@@ -30,14 +30,7 @@ pub fn member(root: &Path, number: usize, law: Option<HostLaw>, leash: bool) -> 
         });
     }
     let mut progress = Progress::new(Mode::Lines, plan.until(number)?);
-    let done = super::run(
-        &plan,
-        root,
-        number,
-        &|scene, simulation, directory| provenance::record(scene, None, simulation, directory),
-        &mut progress,
-        interrupt,
-    );
+    let done = super::run(&plan, root, number, &mut progress, interrupt);
     progress.finish();
     match done? {
         Some(summary) if summary.ending == Ending::Interrupted => {

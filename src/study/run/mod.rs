@@ -14,11 +14,12 @@ use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
-pub use self::begin::{Runs, Settings, SlurmSettings};
+pub use self::begin::{Runs, Settings};
 pub use self::member::member;
 pub use self::memory::{MemoryEstimates, available};
 pub use self::pool::Pool;
 pub use self::rank_job::RankJob;
+pub use self::slurm::SlurmSettings;
 pub(crate) use self::time_limit::limit_of;
 use self::time_limit::{TimeLimit, rivals};
 pub use self::timing::Timing;
@@ -30,8 +31,7 @@ use crate::model::Evaluation;
 use crate::output::{Claim, Interrupt, Ledger, Progress, ResultDirectory};
 use crate::run::resume::{Resumed, resume};
 use crate::run::run::{self, Ending, Summary};
-use crate::run::{Checkpoint, Error, Observer, Result, Simulation, StepInfo};
-use crate::scene::Scene;
+use crate::run::{Checkpoint, Error, Observer, Result, Simulation, StepInfo, provenance};
 
 /// Observer that writes what a study keeps of a member at every output time: its state where the study
 /// compares fields, a row of measures.
@@ -70,7 +70,7 @@ impl Record {
 /// Longest time that a member waits for another process that writes to its directory.
 const MAX_CLAIM_WAIT: Duration = Duration::from_secs(20);
 
-/// Runs member `number` of the study in `root`; `record` writes its provenance. One that is complete is not
+/// Runs member `number` of the study in `root`. One that is complete is not
 /// run; one that was interrupted or killed is resumed from its checkpoint. Any other results are replaced.
 ///
 /// # Errors
@@ -79,7 +79,6 @@ pub fn run(
     plan: &Plan,
     root: &Path,
     number: usize,
-    record: &dyn Fn(&Scene, &Simulation, &ResultDirectory) -> Result<()>,
     progress: &mut Progress,
     interrupt: Interrupt,
 ) -> Result<Option<Summary>> {
@@ -108,7 +107,7 @@ pub fn run(
             None => (Simulation::new(&scene, &search)?, None),
         };
         if from.is_none() {
-            record(&scene, &simulation, &directory)?;
+            provenance::record(&scene, None, &simulation, &directory)?;
         }
         // Of one that is resumed, results up to the checkpoint are kept.
         let kept = from.as_ref().map(Checkpoint::frame_times).unwrap_or_default();

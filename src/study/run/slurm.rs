@@ -16,44 +16,44 @@ const JOB_FILE: &str = "job";
 /// Seconds between SIGTERM to a member and the end of its time limit.
 pub(super) const SIGNAL_LEAD: u32 = 60;
 
-/// An array job of Slurm.
-pub struct Array<'a> {
-    /// The members.
-    pub plan: &'a Plan,
-    /// The directory of the sweep, its full path.
-    pub root: &'a Path,
+/// How Slurm runs members: an array job.
+#[derive(Debug, Clone)]
+pub struct SlurmSettings {
     /// This program, its full path.
     pub program: PathBuf,
-    /// Most tasks at once, if that matters.
-    pub jobs: Option<usize>,
     /// More options of sbatch, as in `--time=1:00:00`.
-    pub options: &'a [String],
+    pub options: Vec<String>,
+    /// Whether the job script is submitted.
+    pub submit: bool,
 }
 
-impl Array<'_> {
-    /// The job script for `members`.
-    ///
-    /// # Errors
-    /// A path or an option with a line end in it.
-    pub fn script(&self, members: &[usize]) -> Result<String> {
-        let (root, program) = (script_path(self.root)?, script_path(&self.program)?);
-        let name = job_name(&self.plan.scene);
-        let most = self.jobs.map_or(String::new(), |jobs| format!("%{jobs}"));
+impl SlurmSettings {
+    /// The job script for `members` of `plan` in `root`, most `jobs` at once.
+    fn script(
+        &self,
+        (plan, root): (&Plan, &Path),
+        members: &[usize],
+        jobs: Option<usize>,
+    ) -> Result<String> {
+        let memory = memory((plan, root), members);
+        let (root, program) = (script_path(root)?, script_path(&self.program)?);
+        let name = job_name(&plan.scene);
+        let most = jobs.map_or(String::new(), |jobs| format!("%{jobs}"));
         let logs = escaped_log_path(&root);
         let mut lines = vec![
             "#!/bin/sh".to_owned(),
             format!("# A task for every member of the sweep in {root}; written by rumple sweep."),
             format!("#SBATCH --job-name=\"{name}\""),
             format!("#SBATCH --array={}{most}", ranges(members)),
-            format!("#SBATCH --cpus-per-task={}", self.plan.threads),
+            format!("#SBATCH --cpus-per-task={}", plan.threads),
             format!("#SBATCH --output=\"{logs}/{LOGS}/%A_%a.log\""),
             format!("#SBATCH --signal=B:TERM@{SIGNAL_LEAD}"),
             "#SBATCH --requeue".to_owned(),
         ];
-        if let Some(bytes) = self.memory(members) {
+        if let Some(bytes) = memory {
             lines.push(format!("#SBATCH --mem={}K", bytes.div_ceil(1024)));
         }
-        lines.extend(options(self.options)?);
+        lines.extend(options(&self.options)?);
         // In place of the shell, so that Slurm's signals reach the program.
         lines.push(format!(
             "exec {} sweep member {} \"$SLURM_ARRAY_TASK_ID\"",
@@ -63,35 +63,34 @@ impl Array<'_> {
         Ok(lines.join("\n") + "\n")
     }
 
-    /// Memory of the largest of `members`, with some room, where members have run before.
-    fn memory(&self, members: &[usize]) -> Option<u64> {
-        let needs = MemoryEstimates::measured(self.plan, self.root);
-        let most = members.iter().filter_map(|m| needs.of(self.plan.members.get(*m)?.size)).max();
-        most.map(|bytes| bytes + bytes / 2)
-    }
-
-    /// Writes the script for `members` into the directory of the sweep; its path.
+    /// Writes the script for `members` of `plan` into `root` and submits it, if settings say so; its path, and the number of
+    /// the job.
     ///
     /// # Errors
-    /// As for [`Array::script`], and from the operating system.
-    pub fn write(&self, members: &[usize]) -> Result<PathBuf> {
-        let script = self.script(members)?;
-        let path = self.root.join(SCRIPT);
-        let logs = self.root.join(LOGS);
+    /// A path or an option with a line end in it; from the operating system; sbatch is not there, or refuses.
+    pub(super) fn write(
+        &self,
+        (plan, root): (&Plan, &Path),
+        members: &[usize],
+        jobs: Option<usize>,
+    ) -> Result<(PathBuf, Option<String>)> {
+        let script = self.script((plan, root), members, jobs)?;
+        let (path, logs) = (root.join(SCRIPT), root.join(LOGS));
         std::fs::create_dir_all(&logs).map_err(OutputError::write(&logs))?;
         atomic::replace(&path, |writer| writer.write_all(script.as_bytes()))?;
-        Ok(path)
+        let job = self.submit.then(|| submit(&path)).transpose()?;
+        if let Some(job) = &job {
+            atomic::replace(&logs.join(JOB_FILE), |writer| writeln!(writer, "{job}"))?;
+        }
+        Ok((path, job))
     }
+}
 
-    /// Submits the script at `path`; the number of the job.
-    ///
-    /// # Errors
-    /// If sbatch is not there, or refuses.
-    pub fn submit(&self, path: &Path) -> Result<String> {
-        let job = submit(path)?;
-        atomic::replace(&self.root.join(LOGS).join(JOB_FILE), |writer| writeln!(writer, "{job}"))?;
-        Ok(job)
-    }
+/// Memory of the largest of `members`, with some room, where members have run before.
+fn memory((plan, root): (&Plan, &Path), members: &[usize]) -> Option<u64> {
+    let needs = MemoryEstimates::measured(plan, root);
+    let most = members.iter().filter_map(|m| needs.of(plan.members.get(*m)?.size)).max();
+    most.map(|bytes| bytes + bytes / 2)
 }
 
 /// Submits the script at `path`; the number of the job.

@@ -55,7 +55,7 @@ const fn bound(fixed: usize, per_byte: usize) -> Bound {
 }
 
 /// All of them.
-pub const ALL: [Reader; 27] = [
+pub const ALL: [Reader; 25] = [
     scenes::SCENE,
     built::BUILT,
     scenes::OVERRIDE,
@@ -81,8 +81,6 @@ pub const ALL: [Reader; 27] = [
     studies::SWEEP,
     studies::MEASURES,
     studies::ACCURACY,
-    studies::PEER,
-    studies::PEER_STATES,
 ];
 
 /// The reader of this name.

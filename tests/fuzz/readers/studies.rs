@@ -66,29 +66,7 @@ pub const ACCURACY: Reader = Reader {
     name: "accuracy",
     bound: SWEEPS,
     seeds: || vec![bytes(&made("point").join(Study::FILE))],
-    read: |bytes| gathered(Path::new(Study::FILE), bytes),
-    repair: None,
-};
-
-/// The states of a run of another program.
-pub const PEER_STATES: Reader = Reader {
-    name: "peer-states",
-    bound: SWEEPS,
-    seeds: || vec![member_file("point", ResultDirectory::STATES)],
-    read: |bytes| gathered(Path::new("peers/other/states.bin"), bytes),
-    repair: None,
-};
-
-/// What another program says of its run.
-pub const PEER: Reader = Reader {
-    name: "peer",
-    bound: SWEEPS,
-    seeds: || {
-        let text = "{ \"integrator\": \"CVODE, BDF\", \"tolerance\": 1e-6, \"seconds\": [0.8, 0.9, 0.8],\
-                    \"evaluations\": 400, \"factorisations\": 30 }";
-        vec![text.into(), text.replace("30 }", "30, \"failed\": \"too stiff\" }").into()]
-    },
-    read: |bytes| gathered(Path::new("peers/other/peer.json"), bytes),
+    read: gathered,
     repair: None,
 };
 
@@ -119,9 +97,7 @@ fn study(scene: &Path, folder: &Path) -> run::Result<()> {
             .map(|method| format!("{{ kind = \"monolithic\", method = \"{method}\" }}"))
             .to_vec(),
         tolerances,
-        forces: Vec::new(),
         references: Vec::new(),
-        taken: None,
         seeds: 0,
         limit: 10,
         wanted: 0.01,
@@ -132,11 +108,6 @@ fn study(scene: &Path, folder: &Path) -> run::Result<()> {
     plan.states = true;
     members(plan, folder)?;
     study.write(folder)?;
-    let peer = folder.join("peers/other");
-    fs::create_dir_all(&peer).unwrap_or_default();
-    let seed = |reader: &Reader| (reader.seeds)().swap_remove(0);
-    fs::write(peer.join("peer.json"), seed(&PEER)).unwrap_or_default();
-    fs::write(peer.join("states.bin"), seed(&PEER_STATES)).unwrap_or_default();
     Ok(())
 }
 
@@ -147,15 +118,8 @@ fn members(mut plan: Plan, folder: &Path) -> run::Result<()> {
     plan.write(folder)?;
     for number in 0..plan.members.len() {
         let mut progress = Progress::new(Mode::Silent, 1.0);
-        let record = |_: &_, _: &_, _: &_| Ok(());
-        rumple::study::run::run(
-            &plan,
-            folder,
-            number,
-            &record,
-            &mut progress,
-            Interrupt::install()?,
-        )?;
+        let interrupt = Interrupt::install()?;
+        rumple::study::run::run(&plan, folder, number, &mut progress, interrupt)?;
     }
     Ok(())
 }
@@ -209,13 +173,12 @@ fn shown(plan: &Plan, root: &Path) -> bool {
     found.first().is_some_and(|member| !member.measures.is_empty())
 }
 
-fn gathered(file: &Path, bytes: &[u8]) -> bool {
+fn gathered(bytes: &[u8]) -> bool {
     let root = made("point");
-    let _replaced = Replaced::by(bytes, root.join(file));
-    let Ok(Some((study, plan))) = Study::read(&root) else { return false };
-    let gathered = study.gather(&plan, &root);
-    assert!(!gathered.csv().is_empty() && gathered.advice().len() < 1 << 20);
-    // Drawing takes a hundred times as long as reading does.
-    let sum = bytes.iter().fold(0u8, |sum, byte| sum.wrapping_mul(31).wrapping_add(*byte));
-    !sum.is_multiple_of(64) || gathered.write(&root).is_ok()
+    let _replaced = Replaced::by(bytes, root.join(Study::FILE));
+    let (Ok(Some(study)), Ok(Some(plan))) = (Study::read(&root), Plan::read(&root)) else {
+        return false;
+    };
+    let page = study.page(&plan, &root);
+    page.said.len() < 1 << 20 && page.files.iter().all(|(_, text)| !text.is_empty())
 }

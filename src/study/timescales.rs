@@ -1,7 +1,5 @@
 //! Whether a policy is justified: how fast the shape relaxes against how fast the chemistry changes.
 
-use serde::Serialize;
-
 use std::sync::Arc;
 
 use crate::geometry::{AreaRule, VertexArea};
@@ -10,13 +8,11 @@ use crate::run::{Result, Simulation};
 use crate::solve::stability::Stability;
 
 /// Relaxation rate of the shape under drag and rate of change of the chemistry.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Timescales {
     /// Rate of the slowest mode of the shape, `λ/drag` per vertex, 1/time.
-    #[serde(rename = "shape")]
     pub shape_rate: f64,
     /// Largest rate of change of a species relative to its size, 1/time.
-    #[serde(rename = "chemistry")]
     pub chemistry_rate: f64,
 }
 
@@ -46,15 +42,10 @@ impl Timescales {
         Ok(Some(Self { shape_rate: slowest * mean / drag, chemistry_rate }))
     }
 
-    /// Chemical over elastic rate.
-    pub(crate) fn ratio(&self) -> f64 {
-        self.chemistry_rate / self.shape_rate
-    }
-
     /// Returns an assessment in a sentence.
     #[must_use]
     pub fn verdict(&self) -> String {
-        let ratio = self.ratio();
+        let ratio = self.chemistry_rate / self.shape_rate;
         let sentence = if !(self.shape_rate > 0.0) {
             "the start is not stable: its softest mode grows rather than relaxes, and how fast it \
              does is up to the drag; quasi-static jumps to where it leads"
