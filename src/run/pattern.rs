@@ -5,7 +5,8 @@
 //! ∫ |∇c|² dA ≈ 2 A ⟨(Δc/ℓ)²⟩               mean over pairs of neighbours at the distance ℓ
 //! ```
 //!
-//! The same of the mean curvature H is half the wavelength of wrinkles; the boundary, where H is not defined, is left out.
+//! The same of the mean curvature H, averaged over the neighbours of every vertex, is half the wavelength of wrinkles; the
+//! boundary, where H is not defined, is left out.
 //! Where w is below [`RESOLVED`] mean edges, number and size of regions depend on the mesh.
 
 use std::f64::consts::PI;
@@ -102,8 +103,10 @@ impl Pattern {
         let boundary = sheet.boundary();
         area.iter_mut().zip(boundary).filter(|(_, b)| **b).for_each(|(area, _)| *area = 0.0);
         let inside = |[a, b]: &[u32; 2]| !boundary[*a as usize] && !boundary[*b as usize];
-        let neighbours = sheet.edges().iter().map(|e| e.vertices).filter(inside).collect();
-        let pattern = Self { value: mean, position: x.to_vec(), area, neighbours };
+        let neighbours: Vec<_> = sheet.edges().iter().map(|e| e.vertices).filter(inside).collect();
+        // H at a single vertex is as uneven as the triangles around it.
+        let value = ring_means(&mean, &area, &neighbours);
+        let pattern = Self { value, position: x.to_vec(), area, neighbours };
         let wrinkled = pattern.variance().sqrt() * mean_edge(x, sheet) > FLAT;
         Ok(wrinkled.then_some(pattern))
     }
@@ -164,6 +167,18 @@ impl Pattern {
         let centres = found.clone().map(|(area, moment)| moment / *area).collect();
         (centres, found.map(|(area, _)| area).sum())
     }
+}
+
+/// Means of `value` over points and their neighbours, weighed by `area`.
+fn ring_means(value: &[f64], area: &[f64], neighbours: &[[u32; 2]]) -> Vec<f64> {
+    let own: Vec<(f64, f64)> = value.iter().zip(area).map(|(v, a)| (v * a, *a)).collect();
+    let mut sums = own.clone();
+    for [a, b] in neighbours.iter().map(|pair| pair.map(|v| v as usize)) {
+        for (at, from) in [(a, b), (b, a)] {
+            sums[at] = (sums[at].0 + own[from].0, sums[at].1 + own[from].1);
+        }
+    }
+    sums.into_iter().map(|(sum, area)| if area > 0.0 { sum / area } else { 0.0 }).collect()
 }
 
 /// Mean length of an edge.
