@@ -264,19 +264,12 @@ impl Comparison {
             false => format!("{} ({})", m.found.name, m.found.status),
         };
         let names = self.members.iter().map(name).collect();
-        let across = |title: &str,
-                      logarithmic,
-                      of: &dyn Fn(&Run, &Deviations) -> Vec<(f64, f64)>| {
-            let curves = self.complete().map(|(name, run, by)| Curve { name, points: of(run, by) });
-            let panel = panel(title, "time", curves.collect());
-            Panel { logarithmic: (false, logarithmic), ..panel }
-        };
         // Of the first all are 0, which a logarithmic axis does not reach.
         let distance = |title, of: fn(&Distance) -> f64| {
-            across(title, true, &|_, by| by.course.iter().map(|d| (d.time, of(d))).collect())
+            self.across(title, true, |_, by| by.course.iter().map(|d| (d.time, of(d))).collect())
         };
         let measured = |title, of: fn(&Measures) -> f64| {
-            across(title, false, &|run, _| {
+            self.across(title, false, |run, _| {
                 run.found.measures.iter().map(|m| (m.time, of(m))).collect()
             })
         };
@@ -298,7 +291,7 @@ impl Comparison {
         } else {
             let value = |c: &Vec<f64>| c.first().copied().unwrap_or(f64::NAN);
             let species = self.species.first().map_or("species", String::as_str);
-            panels.push(across(species, false, &|run, _| {
+            panels.push(self.across(species, false, |run, _| {
                 run.states
                     .iter()
                     .map(|s| (s.time, s.species.first().map_or(f64::NAN, value)))
@@ -306,5 +299,17 @@ impl Comparison {
             }));
         }
         Figure { names, panels, ..Figure::default() }
+    }
+
+    /// A panel of a curve for every complete member along time.
+    fn across(
+        &self,
+        title: &str,
+        logarithmic: bool,
+        of: impl Fn(&Run, &Deviations) -> Vec<(f64, f64)>,
+    ) -> Panel {
+        let curves = self.complete().map(|(name, run, by)| Curve { name, points: of(run, by) });
+        let panel = panel(title, "time", curves.collect());
+        Panel { logarithmic: (false, logarithmic), ..panel }
     }
 }

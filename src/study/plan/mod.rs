@@ -5,9 +5,9 @@
 //! a fingerprint is another one.
 
 mod axis;
+mod difference;
 pub mod integrator;
 mod keys;
-mod reuse;
 
 use std::collections::BTreeMap;
 use std::fs;

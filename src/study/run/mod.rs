@@ -92,7 +92,7 @@ pub fn run(
         return Ok(None);
     }
     if plan.fingerprint(number, &mut BTreeMap::new())? != point.fingerprint {
-        return Err(changed(plan, number)?);
+        return Err(Error::Refused(plan.difference(number, root)?));
     }
     let scene = plan.scene(number)?;
     let search = plan.search();
@@ -129,14 +129,6 @@ pub fn run(
         Ok(summary)
     })?;
     Ok(Some(summary))
-}
-
-/// Error of member `number`, whose scene or files are not those that were planned.
-fn changed(plan: &Plan, number: usize) -> Result<Error> {
-    let file = plan.changed_file(number, &plan.files)?.map(|file| file.display().to_string());
-    let what = file.as_deref().unwrap_or("the scene, a file that it names or a plugin");
-    let name = plan.name(number);
-    Ok(Error::Refused(format!("{name}: {what} has changed since the sweep was planned")))
 }
 
 /// The member in `path` set up to continue, if it was interrupted or killed and has a checkpoint that serves.
