@@ -129,6 +129,24 @@ fn jumps_of_small_buckles_release_little() {
     assert!(released.abs() < 0.05 * energy(&mut simulation), "{released}");
 }
 
+/// Under a drag far below the tolerance steps in a snap are as short as that drag; they were given up before, as if there were
+/// no equilibrium.
+#[test]
+fn a_snap_is_passed_under_a_drag_far_below_the_tolerance() {
+    let text = std::fs::read_to_string("models/model-i/small.toml").unwrap();
+    let keys = [
+        "sheet.vertices=400",
+        "sheet.radius=14",
+        "time.until=0.158",
+        "time.stabilisation=1e-4",
+        "time.integrator.rtol=1e-3",
+        "time.integrator.atol=1e-3",
+    ];
+    let (_, reports) = run(&text, &keys);
+    let snaps: usize = reports.iter().map(|report| report.relaxation.snaps).sum();
+    assert!(snaps > 0, "{}", reports.len());
+}
+
 /// Of a dose on a mesh where the path of the ramp is smooth. (On small coarse versions of Model I it branches, and the last digit
 /// decides: `docs/notebook/sensitivity.md`.)
 #[test]
