@@ -35,6 +35,7 @@ fn member(name: &str, seconds: f64, bend: f64, level: f64) -> Member {
         nearest: None,
         share: 0.5,
         width: None,
+        wrinkle_width: None,
         rate: 0.0,
     };
     let work = Work { steps: 2, iterations: 10, factorisations: 1, ..Work::default() };

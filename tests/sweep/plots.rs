@@ -63,6 +63,7 @@ pub(super) fn complete(plan: &Plan, number: usize, spots: usize, value: f64) -> 
         nearest: None,
         share: 0.5,
         width: None,
+        wrinkle_width: None,
         rate: 0.0,
     };
     MemberResults {
