@@ -44,6 +44,7 @@ fn member(name: &str, seconds: f64, bend: f64, level: f64) -> Member {
         time: 2.0,
         resumable: None,
         step: 0,
+        to_outputs: [0; 2],
         frames: 3,
         spent: Spent { work, wall_seconds: seconds, ..Spent::default() },
         start: Spent::default(),
