@@ -52,9 +52,7 @@ pub(crate) fn field<'py>(
 /// TypeError or ValueError that says what was given.
 pub(crate) fn values(given: &Bound<'_, PyAny>, name: &str, count: usize) -> PyResult<Vec<f64>> {
     let expected = format!("a number, or an array of {count} numbers");
-    if !is_real(given) {
-        return Err(misfit(given, name, &expected));
-    }
+    check_real(given, name, &expected)?;
     if let Ok(value) = given.extract::<f64>() {
         return Ok(vec![value; count]);
     }
@@ -71,9 +69,7 @@ pub(crate) fn values(given: &Bound<'_, PyAny>, name: &str, count: usize) -> PyRe
 /// TypeError or ValueError that says what was given.
 pub(crate) fn points(given: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<Vec3>> {
     let expected = format!("an array of shape ({count}, 3)");
-    if !is_real(given) {
-        return Err(misfit(given, "positions", &expected));
-    }
+    check_real(given, "positions", &expected)?;
     let found: Option<PyArrayLike2<'_, f64, numpy::AllowTypeChange>> = given.extract().ok();
     match found.as_ref().map(|rows| rows.as_array()).filter(|rows| rows.dim() == (count, 3)) {
         Some(rows) => {
@@ -83,10 +79,21 @@ pub(crate) fn points(given: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<Vec
     }
 }
 
-/// Whether an array, if it is one, has real numbers: NumPy would take the real part of others, and read text.
-fn is_real(given: &Bound<'_, PyAny>) -> bool {
-    let kind = given.getattr("dtype").and_then(|kind| kind.getattr("kind")?.extract::<String>());
-    kind.map_or(true, |kind| ["b", "i", "u", "f", "O"].contains(&kind.as_str()))
+/// Refuses what is not of real numbers: NumPy would take the real part of others, read text, make NaN of None, and masked
+/// values are no values.
+fn check_real(given: &Bound<'_, PyAny>, name: &str, expected: &str) -> PyResult<()> {
+    let numpy = given.py().import("numpy")?;
+    if numpy.getattr("ma")?.call_method1("is_masked", (given,))?.is_truthy()? {
+        let text =
+            format!("{name}: masked values, expected {expected}: fill them, as by .filled(0)");
+        return Err(PyValueError::new_err(text));
+    }
+    let array = numpy.call_method1("asarray", (given,));
+    let kind = array.and_then(|a| a.getattr("dtype")?.getattr("kind")?.extract::<String>());
+    match kind {
+        Ok(kind) if ["b", "i", "u", "f"].contains(&kind.as_str()) => Ok(()),
+        _ => Err(misfit(given, name, expected)),
+    }
 }
 
 fn misfit(given: &Bound<'_, PyAny>, name: &str, expected: &str) -> PyErr {

@@ -61,6 +61,12 @@ def test_what_does_not_fit_is_refused(sim):
         sim.species["c"] = numpy.complex128(1j)
     with pytest.raises(ValueError, match="c: an array of <U1 with the shape"):
         sim.species["c"] = numpy.full(count, "1")
+    with pytest.raises(ValueError, match="items, expected a number"):
+        sim.species["c"] = ["1"] * count
+    with pytest.raises(ValueError, match="c: an array of object"):
+        sim.species["c"] = numpy.full(count, None)
+    with pytest.raises(ValueError, match="c: masked values.*filled"):
+        sim.species["c"] = numpy.ma.masked_array(numpy.ones(count), [True] * count)
     with pytest.raises(ValueError, match="positions: an array of complex128"):
         sim.positions = sim.positions * 1j
     sim.species["c"] = sim.species["c"] + 0.5

@@ -173,6 +173,14 @@ pub(super) fn print_summary(done: &Summary, directory: &ResultDirectory) {
     ];
     counts.extend(kinds.iter().filter(|k| k.0 > 0).map(|(count, what)| format!("{count} {what}")));
     say!("{}", counts.join(", "));
+    // The two last steps before an output time share the way.
+    let [to_outputs, steps] = done.to_outputs;
+    if to_outputs > 0 && 2 * to_outputs >= steps {
+        say!(
+            "{to_outputs} of {steps} steps end at output times: output.every sets their length, and results change with it \
+             within the error that the tolerance allows"
+        );
+    }
     say!(
         "{:.1} s, of these {:.1} s for the first relaxation and {:.1} s for output",
         done.wall.as_secs_f64(),

@@ -40,6 +40,7 @@ pub(super) fn run(args: &ViewArgs) -> Result<()> {
     let bytes = crate::num::whole(1e6 * args.size_limit);
     let page = view::page(root, Options { frames: args.frames.into(), bytes })?;
     file.write(|writer| writer.write_all(page.html.as_bytes()))?;
+    page.warnings.iter().for_each(|warning| super::warn(&format!("warning: {warning}")));
     if file != ResultFile::StandardOutput {
         let (size, path) = (real(page.html.len()) / 1e6, path.display());
         say!(

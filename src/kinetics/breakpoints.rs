@@ -27,6 +27,28 @@ impl TimeDependence {
         self.breakpoints.extend(other.breakpoints);
         self.courses.extend(other.courses);
     }
+
+    /// Times within the longest steps from 0 to `until` that pass over nothing, at most `most` of them: the function there is
+    /// near to any of its values within the step.
+    #[must_use]
+    pub fn within_steps(&self, until: f64, most: usize) -> Vec<f64> {
+        let mut ends = self.breakpoints.clone();
+        ends.extend([0.0, until]);
+        ends.retain(|end| (0.0..=until).contains(end));
+        ends.sort_unstable_by(f64::total_cmp);
+        let mut times = Vec::new();
+        for pair in ends.windows(2) {
+            let mut time = pair[0];
+            while time < pair[1] && times.len() < most {
+                let length = pair[1] - time;
+                let limit = |length, course: &Course| course.longest_step(time, length);
+                let length = self.courses.iter().fold(length, limit);
+                times.push(time + 0.5 * length);
+                time += length;
+            }
+        }
+        times
+    }
 }
 
 /// The course of a function of the time, which limits steps.

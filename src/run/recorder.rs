@@ -305,7 +305,11 @@ impl<'a> Recorder<'a> {
             self.clean &= !self.session.interrupt.requested();
         }
         let time = simulation.stepper.state.time;
-        let cut = time == self.target() || simulation.stepper.breakpoints.include(time);
+        let target = self.target();
+        let to_output = time == target && target < self.session.scene.time.span.until.get();
+        self.summary.to_outputs[0] += u64::from(to_output);
+        self.summary.to_outputs[1] += 1;
+        let cut = time == target || simulation.stepper.breakpoints.include(time);
         for text in self.warnings.after(simulation, latest, cut) {
             self.session.progress.message(&text);
         }

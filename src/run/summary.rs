@@ -48,6 +48,8 @@ pub struct Summary {
     pub resumable: Option<u64>,
     /// The last step.
     pub step: u64,
+    /// Steps that ended at an output time before the end, and all steps, of this process.
+    pub to_outputs: [u64; 2],
     /// What relaxing the start and all steps have cost.
     pub spent: Spent,
     /// Of these the start.
@@ -73,6 +75,7 @@ impl Summary {
             frames: 0,
             resumable: None,
             step: 0,
+            to_outputs: [0; 2],
             spent: start,
             start,
             wall: Duration::ZERO,

@@ -8,13 +8,16 @@
 //!
 //! Each is the nearest power of ten, at most 1, so that it is the same for a formula and for a function that gives the same
 //! rates but for round-off. What follows from rates is found one species after the other, along the network of reactions. A
-//! species without any is as large as the largest of the others. All depends on the start of the scene alone: a run that is
-//! resumed, or goes further, has the same.
+//! species without any is as large as the largest of the others. A law that reads the time has its largest rates within the
+//! run: at its start alone, or at a few round times, a pulse has a tail and a sine may have a zero. All depends on the scene
+//! alone: a run that is resumed has the same.
+
+use std::sync::Arc;
 
 use crate::Stepper;
 use crate::kinetics::{Batch, Column, Quantity, Signal, field};
 use crate::model::{Chemistry, SignalColumns};
-use crate::num::Short;
+use crate::num::{Short, real, whole};
 use crate::reduction::Reduction;
 use crate::scene::Scene;
 
@@ -22,6 +25,13 @@ use crate::scene::Scene;
 const DECADES: std::ops::RangeInclusive<i32> = -100..=0;
 /// A rate feels a change that changes it by this part: the decade is then the nearest one to where a linear rate vanishes.
 const FELT: f64 = 1.0 / 3.0;
+/// Times at which a law that reads the time is evaluated: within its first steps, and spread over the run for what begins
+/// later, by multiples of the golden ratio, of which no period is a multiple.
+const TIMES: [usize; 2] = [1024, 256];
+/// Values at these times in all, but so many times at least.
+const MAX_VALUES: f64 = 4e6;
+const MIN_TIMES: f64 = 64.0;
+const GOLDEN_RATIO: f64 = 0.618_033_988_749_894_9;
 
 /// Sets those of the species of `stepper` at its start, and notes where the absolute tolerance is above all values there.
 pub(super) fn set(scene: &Scene, stepper: &mut Stepper, notes: &mut Vec<String>) {
@@ -33,7 +43,7 @@ pub(super) fn set(scene: &Scene, stepper: &mut Stepper, notes: &mut Vec<String>)
     let mut sizes: Vec<Option<f64>> = start.iter().map(|start| nearest(*start)).collect();
     // Collective: the same on all ranks, as all of it is.
     if sizes.contains(&None) {
-        from_rates(stepper, chemistry, &mut sizes);
+        from_rates(stepper, chemistry, scene.time.span.until.get(), &mut sizes);
     }
     let known = || species.iter().zip(&sizes).map(|(species, size)| species.typical.or(*size));
     let others = known().flatten().fold(0.0, f64::max);
@@ -71,9 +81,18 @@ fn nearest(size: f64) -> Option<f64> {
 }
 
 /// Finds those of species that start at 0.
-fn from_rates(stepper: &mut Stepper, chemistry: &Chemistry, typical: &mut [Option<f64>]) {
+fn from_rates(
+    stepper: &mut Stepper,
+    chemistry: &Chemistry,
+    until: f64,
+    typical: &mut [Option<f64>],
+) {
     let model = stepper.model().clone();
     let reduction = model.sheet().reduction();
+    let times = match chemistry.descriptor().reads(Signal::Time) {
+        true => times(stepper, chemistry, until),
+        false => Vec::new(),
+    };
     let mut at = stepper.evaluate();
     // A start without values is refused elsewhere.
     let total = at.rates().map(<[_]>::to_vec).ok();
@@ -83,11 +102,13 @@ fn from_rates(stepper: &mut Stepper, chemistry: &Chemistry, typical: &mut [Optio
     }
     let (total, signals) = (total.unwrap_or_default(), signals.unwrap_or_default());
     let signals = felt_signals(chemistry, signals);
-    let mut start = Start { chemistry, reduction, species: stepper.state.species.clone(), signals };
+    let species = stepper.state.species.clone();
+    let mut start = Start { chemistry, reduction, species, signals, times };
     for _ in 0..typical.len() {
+        let fastest = start.fastest(&total);
         let unknown = (0..typical.len()).filter(|s| typical[*s].is_none());
         let found: Vec<_> =
-            unknown.filter_map(|s| Some((s, start.change(s, &total[s])?))).collect();
+            unknown.filter_map(|s| Some((s, start.change(s, &fastest[s])?))).collect();
         if found.is_empty() {
             return;
         }
@@ -96,6 +117,19 @@ fn from_rates(stepper: &mut Stepper, chemistry: &Chemistry, typical: &mut [Optio
             start.species[s].iter_mut().for_each(|c| *c += change);
         }
     }
+}
+
+/// Times up to `until` at which the laws of `stepper` may be fastest; fewer where there are many points.
+fn times(stepper: &mut Stepper, chemistry: &Chemistry, until: f64) -> Vec<f64> {
+    let sheet = Arc::clone(stepper.model().sheet());
+    // They are found again with the magnitudes.
+    let mut breakpoints = stepper.breakpoints.clone();
+    breakpoints.sample(&mut stepper.evaluate());
+    let mut times = breakpoints.within_steps(TIMES[0], sheet.reduction());
+    times.extend((1..=TIMES[1]).map(|k| until * (GOLDEN_RATIO * real(k)).fract()));
+    let values = sheet.reduction().count(chemistry.points(&sheet)) * real(times.len());
+    let every = (values / MAX_VALUES).min(real(times.len()) / MIN_TIMES);
+    times.into_iter().step_by(whole(every.ceil()).max(1)).collect()
 }
 
 /// Signals of at least their typical magnitudes: a shape that is flat or at rest has those of round-off.
@@ -115,13 +149,14 @@ struct Start<'a> {
     reduction: &'a Reduction,
     species: Vec<Vec<f64>>,
     signals: SignalColumns,
+    /// Times of a law that reads the time.
+    times: Vec<f64>,
 }
 
 impl Start<'_> {
-    /// The change of species s by which its rate would change, in the direction of the rate; with transport `total` at first.
-    fn change(&self, s: usize, total: &[f64]) -> Option<f64> {
-        let (time, rates) = self.fastest(s, total);
-        let size = largest(self.reduction, &rates);
+    /// The change of species s by which its rate would change, in the direction of the largest `rates`, at their time.
+    fn change(&self, s: usize, (time, rates): &(Option<f64>, Vec<f64>)) -> Option<f64> {
+        let size = largest(self.reduction, rates);
         let point = (0..rates.len()).find(|point| rates[*point].abs() == size);
         // The ranks without the point have no say.
         let sign =
@@ -129,7 +164,7 @@ impl Start<'_> {
         let direction = if sign > 0.0 { 1.0 } else { -1.0 };
         let about = &self.chemistry.descriptor().species[s];
         let felt = |point: usize| {
-            let rate = |change| self.rate(s, (point, time), change);
+            let rate = |change| self.rate(s, (point, *time), change);
             let before = rate(0.0)?;
             let of = |decade: &f64| {
                 let change = (direction * decade).clamp(about.lower, about.upper);
@@ -142,18 +177,17 @@ impl Start<'_> {
         magnitude.filter(|_| size > 0.0).map(|magnitude| direction * magnitude)
     }
 
-    /// The rates of species s, and the time, where they are largest.
-    fn fastest(&self, s: usize, total: &[f64]) -> (Option<f64>, Vec<f64>) {
-        let reads_time = self.chemistry.descriptor().reads(Signal::Time);
-        let times = (-3..=3).flat_map(|decade| [1.0, 2.0, 5.0].map(|n| n * 10_f64.powi(decade)));
-        let later = times.filter(|_| reads_time).map(Some);
-        let mut fastest = (None, total.to_vec());
-        let mut most = 0.0;
-        for time in std::iter::once(None).chain(later) {
-            let Some(rates) = self.rates(time) else { continue };
-            let size = largest(self.reduction, &rates[s]);
-            if size > most {
-                (most, fastest) = (size, (time, rates.into_iter().nth(s).unwrap_or_default()));
+    /// Of each species the rates, and the time, where they are largest; those of transport `total` where laws have none.
+    fn fastest(&self, total: &[Vec<f64>]) -> Vec<(Option<f64>, Vec<f64>)> {
+        let mut fastest: Vec<_> = total.iter().map(|rates| (None, rates.clone())).collect();
+        let mut most = vec![0.0; total.len()];
+        for time in std::iter::once(None).chain(self.times.iter().copied().map(Some)) {
+            let rates = self.rates(time).unwrap_or_default();
+            for (s, rates) in rates.into_iter().enumerate() {
+                let size = largest(self.reduction, &rates);
+                if size > most[s] {
+                    (most[s], fastest[s]) = (size, (time, rates));
+                }
             }
         }
         fastest

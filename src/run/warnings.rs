@@ -129,7 +129,7 @@ impl Shrinking {
             self.reason = Some(reason.clone());
         }
         let rejected = self.rejected != Causes::default();
-        if cut || !rejected || SHORT_STEP_RATIO * report.length > self.told {
+        if cut || !rejected || SHORT_STEP_RATIO * report.length >= self.told {
             return None;
         }
         self.told = report.length;

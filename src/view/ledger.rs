@@ -27,14 +27,26 @@ pub(super) struct Columns {
     block: usize,
 }
 
-/// Reads the ledger of the run in `root`: every k-th row and the last one. None without a ledger or a row.
+/// Reads the ledger of the run in `root`: every k-th row and the last one. None without a ledger or a row, which `warnings`
+/// then have, as they have an unfinished last row, which a killed run may leave and which is dropped.
 ///
 /// # Errors
-/// A row that is none, with its line; an unfinished last row, as a killed run leaves, is dropped.
-pub(super) fn read(root: &Path, blocks: &mut Blocks) -> Result<Option<Columns>> {
+/// A row that is none, with its line.
+pub(super) fn read(
+    root: &Path,
+    blocks: &mut Blocks,
+    warnings: &mut Vec<String>,
+) -> Result<Option<Columns>> {
     let path = root.join(ResultDirectory::LEDGER);
-    let Some(text) = text_of(&path)? else { return Ok(None) };
-    let complete = text.rfind('\n').map_or("", |end| &text[..end]);
+    let Some(text) = text_of(&path)? else {
+        warnings.push(format!("no {}", ResultDirectory::LEDGER));
+        return Ok(None);
+    };
+    let (complete, unfinished) = text.rsplit_once('\n').unwrap_or(("", &text));
+    if !unfinished.is_empty() || complete.is_empty() {
+        let name = ResultDirectory::LEDGER;
+        warnings.push(format!("{name} ends within a line: the run was killed, or the file is cut"));
+    }
     let mut lines = complete.lines();
     let columns = titles(lines.next().unwrap_or_default());
     let body: Vec<&str> = lines.collect();

@@ -52,6 +52,8 @@ pub struct Page {
     pub shown: usize,
     /// Frames that the runs have.
     pub total_frames: usize,
+    /// What a reader of the runs should know first.
+    pub warnings: Vec<String>,
 }
 
 /// Makes the page of the result directory `root`: of `run`, `sweep`, `compare` or `accuracy`.

@@ -86,14 +86,20 @@ pub(super) fn of(root: &Path, found: &FoundRuns, options: Options) -> Result<Pag
     let shown = sheets.iter().map(|sheet| sheet.frames.len()).sum();
     let (runs, total_frames) = (sheets.len(), sheets.iter().map(|sheet| sheet.of).sum());
     let html = document(&data, &summary(found, &sheets, (shown, total_frames)), blocks.html());
-    Ok(Page { html, runs, shown, total_frames })
+    let warnings = data.members.into_iter().flat_map(|member| member.record.warnings).collect();
+    Ok(Page { html, runs, shown, total_frames, warnings })
 }
 
 /// Everything of a run but its sheet.
 fn member(name: &str, directory: &Path, found: &FoundRuns, blocks: &mut Blocks) -> Result<RunData> {
-    let read =
-        Record::read(directory).and_then(|record| Ok((record, ledger::read(directory, blocks)?)));
-    let (record, ledger) = match read {
+    let mut read = || {
+        let (mut record, mut warnings) = (Record::read(directory)?, Vec::new());
+        let ledger = ledger::read(directory, blocks, &mut warnings)?;
+        // Members of most studies have none.
+        record.warnings.extend(warnings.into_iter().filter(|_| !found.study));
+        Ok((record, ledger))
+    };
+    let (record, ledger) = match read() {
         Err(error) if found.study => (Record::unreadable(&error), None),
         read => read?,
     };

@@ -52,10 +52,15 @@ impl Record {
             ResultDirectory::costs_in(root).is_file().then(|| Costs::read(root)).transpose()?;
         let events = text(&root.join(ResultDirectory::EVENTS))?;
         let failure = text(&root.join(ResultDirectory::FAILURE).join("report.md"))?;
+        let scene = text_of(&ResultDirectory::resolved_in(root))?;
+        let mut warnings = warnings(standing.as_ref(), events.as_deref());
+        if scene.as_ref().is_some_and(|scene| scene.parse::<toml::Table>().is_err()) {
+            warnings.push("resolved.toml is not valid TOML: it is cut or changed".to_owned());
+        }
         Ok(Self {
             status: standing.as_ref().map(status),
-            warnings: warnings(standing.as_ref(), events.as_deref()),
-            scene: text(&ResultDirectory::resolved_in(root))?,
+            warnings,
+            scene: scene.map(cut),
             events,
             failure,
             reproduce: reproduce(provenance.as_ref()),
@@ -83,7 +88,9 @@ fn status(standing: &Standing) -> String {
 /// What a reader of results should know first.
 fn warnings(standing: Option<&Standing>, events: Option<&str>) -> Vec<String> {
     let Some(standing) = standing else {
-        return vec!["no status.json: it is not known how the run ended".to_owned()];
+        return vec![
+            "status.json is missing or damaged: it is not known how the run ended".to_owned(),
+        ];
     };
     let mut all = Vec::new();
     if standing.status != RunStatus::Complete {

@@ -86,6 +86,11 @@ pub(super) fn index(root: &Path) -> Result<Vec<(f64, PathBuf)>> {
             None => Ok(Vec::new()),
         };
     };
+    if !(text.contains("<VTKFile") && text.trim_end().ends_with("</VTKFile>")) {
+        let message =
+            "expected an index of frames, as a run writes it; it is cut, or something else";
+        return Err(Error::Refused(format!("{}: {message}", pvd.display())));
+    }
     let entries = text.split("<DataSet").skip(1).map(|entry| {
         let part = |name: &str| entry.split(&format!(" {name}=\"")).nth(1)?.split('"').next();
         let time = part("timestep").and_then(|time| time.parse::<f64>().ok());

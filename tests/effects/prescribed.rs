@@ -25,6 +25,7 @@ fn error(one: &str, other: &str) -> Option<String> {
 fn contradictory_prescriptions_are_refused_in_either_order() {
     let moved = |by: &str| format!("{PIN} = {LEFT}\ndisplacement = {by}");
     let pulse = "ramp = { points = [[0, 0], [0.4, 0], [0.45, 1], [0.5, 0]] }";
+    let smooth = |base: &str| format!("ramp = {{ formula = '{base}exp(-((t - 0.4441)/1e-4)^2)' }}");
     let hold = "kind = 'hold'\nspecies = 'c'\nvalue = 0\nwhere";
     for (one, other, words) in [
         (format!("{PIN} = 'rim'"), moved("[1, 0, 0]"), "along x"),
@@ -32,6 +33,8 @@ fn contradictory_prescriptions_are_refused_in_either_order() {
         (format!("{PIN} = 'rim'"), format!("{}\n{pulse}", moved("[0, 1, 0]")), "along y"),
         (format!("{PIN} = 'rim'\ndisplacement = [0, 0, 0]"), moved("[1, 0, 0]"), "along x"),
         (moved("[1, 0, 0]"), format!("{}\n{pulse}", moved("[1, 0, 0]")), "along x"),
+        (format!("{PIN} = 'rim'"), format!("{}\n{}", moved("[1, 0, 0]"), smooth("")), "along x"),
+        (moved("[0, 1, 0]"), format!("{}\n{}", moved("[0, 1, 0]"), smooth("1 + ")), "along y"),
         (
             format!("{hold} = 'rim'"),
             "kind = 'hold'\nspecies = 'c'\nvalue = 'x'\nwhere = 'all'".into(),
@@ -53,7 +56,7 @@ fn contradictory_prescriptions_are_refused_in_either_order() {
         for (one, other) in [(&one, &other), (&other, &one)] {
             let error = error(one, other).unwrap_or_else(|| panic!("accepted:\n{one}\n\n{other}"));
             assert!(error.contains(words), "{one}\n\n{other}\n\n{error}");
-            assert!(error.contains("effect[1]") || error.contains("effect[2]"), "{error}");
+            assert!(error.contains("effect[1]") && error.contains("effect[2]"), "{error}");
         }
     }
 }

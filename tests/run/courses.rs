@@ -91,6 +91,26 @@ fn no_integrator_steps_over_a_smooth_pulse() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// However short it is against the span.
+#[test]
+fn no_pulse_is_too_short() {
+    for width in [1e-2, 1e-3, 1e-4] {
+        for centre in [100.0, 123.4, 123.456] {
+            let law = format!("exp(-((t-{centre})/{width})^2)");
+            for integrator in [
+                "'monolithic'",
+                "{ kind = 'monolithic', method = 'tr-bdf2' }",
+                "{ kind = 'staggered', atol = 1e-9 }",
+            ] {
+                let (c, steps) = end(&law, integrator);
+                let exact = width * std::f64::consts::PI.sqrt();
+                let right = (c - exact).abs() < 0.02 * exact && steps < 20_000;
+                assert!(right, "{law}, {integrator}: {c} for {exact}, {steps} steps");
+            }
+        }
+    }
+}
+
 /// A pulse that multiplies a species of which there is little at first.
 #[test]
 fn a_pulse_may_multiply_a_species() {

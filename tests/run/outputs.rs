@@ -1,5 +1,6 @@
 //! Output times nearer to each other than the integrator's own steps.
 
+use super::program::{folder, rumple, text};
 use crate::common::prepare;
 
 const SHEET: &str = r#"
@@ -28,6 +29,32 @@ fn outputs(integrator: &str, every: f64, count: u32) -> (usize, f64) {
         error = error.max((simulation.state().species[0][0] - (-target).exp()).abs());
     }
     (steps, error)
+}
+
+/// The summary says where output times set the length of the steps.
+#[test]
+fn steps_that_end_at_output_times_are_counted() {
+    let folder = folder(SHEET);
+    let said = |keys: &[&str]| {
+        let mut args = vec!["run", "scene.toml", "--out", "out", "--force"];
+        keys.iter().for_each(|key| args.extend(["--set", key]));
+        let out = rumple(folder.path(), &args);
+        assert!(out.status.success(), "{}", text(&out.stderr));
+        text(&out.stdout)
+    };
+    let few = ["output.every=2.5", "time.until=5", "time.integrator='monolithic'"];
+    assert!(!said(&few).contains("end at output times"));
+    assert!(!said(&["time.until=5"]).contains("end at output times"));
+    let many = ["output.every=0.01", "time.until=1", "output.report=false"];
+    let words = said(&many);
+    let count: Vec<u32> = words
+        .lines()
+        .find(|line| line.contains("steps end at output times"))
+        .unwrap_or_else(|| panic!("{words}"))
+        .split(' ')
+        .filter_map(|word| word.parse().ok())
+        .collect();
+    assert!(count[0] == 99 && count[1] <= 198, "{words}");
 }
 
 #[test]

@@ -120,6 +120,33 @@ fn laws_that_declare_no_typical_magnitude_are_as_formulas() {
     assert_eq!(typical(&library(&["TYPICAL=1.0"]), 1e-9), [1.0; 2]);
 }
 
+/// Rates that are 0 at the start and at round times, or have a tail there.
+#[test]
+fn pulses_in_time_have_the_magnitude_of_their_crest() {
+    for (rate, size, exact) in [
+        ("step(t-40)*step(60-t)*sin(pi*(t-40)/2)^2", 1.0, 10.0),
+        ("step(t-30)*sin(pi*t/10)^2", 1.0, 85.0),
+        ("exp(-((t-30)/2)^2)", 1.0, 2.0 * std::f64::consts::PI.sqrt()),
+        ("1e-6*exp(-((t-123.4)/0.01)^2)", 1e-6, 1e-8 * std::f64::consts::PI.sqrt()),
+    ] {
+        for integrator in INTEGRATORS {
+            let scene = format!(
+                "sheet = {{ shape = 'point' }}\nkinetics = {{ rates = {{ c = '{rate}' }} }}\n\
+                 time = {{ policy = 'simultaneous', until = 200.0, integrator = {integrator} }}\n"
+            );
+            let (_, mut simulation) = prepare(&scene, &[]);
+            let typical = simulation.model().chemistry().unwrap().all_typical();
+            assert_eq!(typical, [size], "{rate}");
+            simulation.prepare().unwrap();
+            while simulation.state().time < 200.0 {
+                simulation.step(200.0).unwrap_or_else(|e| panic!("{rate}, {integrator}: {e}"));
+            }
+            let c = simulation.state().species[0][0];
+            assert!((c - exact).abs() < 0.02 * exact, "{rate}, {integrator}: {c} for {exact}");
+        }
+    }
+}
+
 #[test]
 fn an_absolute_tolerance_above_all_values_is_noted() {
     let law = "species.u = { typical = 1.0 }\nrates.u = 'u*(1 - u/K)'\ninitial.u = 1e-2*";

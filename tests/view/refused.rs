@@ -53,6 +53,8 @@ fn damaged_results_are_refused_with_the_file() {
     damage("ledger.csv", &|t| Some(t.replacen("\n0,", "\nzero,", 1)), "expected");
     let outside = |t: &str| Some(t.replace("frames/frame_000001.vtu", "../secret.vtu"));
     damage("sheet.pvd", &outside, "../secret.vtu");
+    damage("sheet.pvd", &|_| Some("<html></html>".into()), "an index of frames");
+    damage("sheet.pvd", &half, "cut");
     damage("sheet.pvd", &|t| Some(t.replace("timestep=\"0\"", "timestep=\"soon\"")), "time");
     done(folder, &["view", "out", "-o", "page.html"]);
 }
@@ -76,6 +78,37 @@ fn an_unfinished_run_is_shown_as_far_as_it_came() {
     assert!(member["warnings"][0].as_str().unwrap().contains("killed"), "{}", member["warnings"]);
     let rows = member["ledger"]["of"].as_u64().unwrap();
     assert_eq!(rows, ledger.lines().count() as u64 - 2);
+}
+
+/// What is left of a complete run, and what is wrong, in the page and in the terminal.
+#[test]
+fn a_record_that_is_damaged_is_said_to_be_so() {
+    let folder = folder(&scene());
+    let folder = folder.path();
+    done(folder, &["run", "scene.toml", "--out", "out", "--quiet"]);
+    for (file, damaged, words) in [
+        ("ledger.csv", None, "no ledger.csv"),
+        ("ledger.csv", Some("step,time\n0,0\n1,"), "ledger.csv ends within a line"),
+        ("ledger.csv", Some(""), "ledger.csv ends within a line"),
+        ("ledger.csv", Some("\0\0\0\0"), "ledger.csv ends within a line"),
+        ("status.json", Some("{"), "status.json is missing or damaged"),
+        ("resolved.toml", Some("until ="), "resolved.toml is not valid TOML"),
+    ] {
+        let path = folder.join("out").join(file);
+        let before = fs::read(&path).unwrap();
+        match damaged {
+            Some(text) => fs::write(&path, text).unwrap(),
+            None => fs::remove_file(&path).unwrap(),
+        }
+        let out = rumple(folder, &["view", "out", "--force"]);
+        let page = Read::new(&folder.join("out/report.html"));
+        let warnings = page.about["members"][0]["warnings"].to_string();
+        assert!(out.status.success() && text(&out.stderr).contains(words), "{}", text(&out.stderr));
+        assert!(warnings.contains(words), "{warnings}");
+        fs::write(&path, before).unwrap();
+    }
+    let out = rumple(folder, &["view", "out", "--force"]);
+    assert_eq!(text(&out.stderr), "");
 }
 
 #[test]

@@ -13,6 +13,9 @@ use crate::kinetics::breakpoints::{self, TimeDependence};
 use crate::kinetics::formula::FieldFormula;
 use crate::num::checked::{Finite, LARGEST};
 
+/// Times at which two factors are compared at most.
+const MAX_SAMPLES: usize = 2048;
+
 /// A factor of time as a scene gives it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -139,16 +142,14 @@ impl RampFactor {
             .map_or_else(|_| TimeDependence::default(), |ramp| ramp.time_dependence(until))
     }
 
-    /// Times from 0 to `until` at which factors that differ do: breakpoints, and two within each interval of them.
+    /// Times from 0 to `until` at which factors that differ do: breakpoints, and times between them at which pulses are seen.
     #[must_use]
     pub(crate) fn samples(&self, until: f64) -> Vec<f64> {
-        let mut ends = self.time_dependence(until).breakpoints;
-        ends.extend([0.0, until]);
-        ends.sort_unstable_by(f64::total_cmp);
-        let within = |ends: &[f64]| [0.31, 0.62].map(|share| ends[0] + share * (ends[1] - ends[0]));
-        let inner: Vec<f64> = ends.windows(2).flat_map(within).collect();
-        ends.extend(inner);
-        ends
+        let known = self.time_dependence(until);
+        let mut times = known.within_steps(until, MAX_SAMPLES);
+        times.extend(known.breakpoints);
+        times.extend([0.0, until]);
+        times
     }
 
     /// Largest factor of points; 1 of a formula, which may have none.

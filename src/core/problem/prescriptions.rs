@@ -8,13 +8,13 @@
 use super::{Part, ProblemError};
 use crate::effects::{Effect, Held, Pins, PrescribedDisplacement, TransportTerm};
 
-/// What earlier effects prescribe.
+/// What earlier effects prescribe, by their numbers.
 #[derive(Default)]
 pub(super) struct Prescriptions {
     /// Directions that are fixed where the sheet starts.
-    fixed: Pins,
-    displaced: Vec<PrescribedDisplacement>,
-    held: Vec<Held>,
+    fixed: Vec<(usize, Pins)>,
+    displaced: Vec<(usize, PrescribedDisplacement)>,
+    held: Vec<(usize, Held)>,
 }
 
 impl Prescriptions {
@@ -28,64 +28,53 @@ impl Prescriptions {
         let mut fixed = effect.pins.clone().unwrap_or_default();
         if !fixed.is_empty() {
             effect.prescribed.iter().for_each(|displaced| displaced.take_from(&mut fixed));
+            self.fixed.push((number, fixed));
         }
-        self.check_positions(number, &fixed, &effect.prescribed, until)?;
-        self.check_values(number, &effect.held)?;
-        self.fixed.resize(self.fixed.len().max(fixed.len()), [false; 3]);
-        for (all, more) in self.fixed.iter_mut().zip(&fixed) {
-            (0..3).for_each(|a| all[a] |= more[a]);
+        self.displaced.extend(effect.prescribed.iter().map(|new| (number, new.clone())));
+        self.check_positions(number, until)?;
+        for new in &effect.held {
+            let conflict = |(old, held): &(usize, Held)| Some((*old, new.conflict(held)?));
+            if let Some((old, point)) = self.held.iter().find_map(conflict) {
+                let message =
+                    format!("effect[{old}] holds the species at point {point} at another value");
+                let help = "let the regions of the two differ, or their values agree";
+                let part = Part::Effect(number, "value".into());
+                return Err(ProblemError::new(part, message, Some(help)));
+            }
         }
-        self.displaced.extend_from_slice(&effect.prescribed);
-        self.held.extend_from_slice(&effect.held);
+        self.held.extend(effect.held.iter().map(|new| (number, new.clone())));
         Ok(())
     }
 
-    fn check_positions(
-        &self,
-        number: usize,
-        fixed: &Pins,
-        displaced: &[PrescribedDisplacement],
-        until: f64,
-    ) -> Result<(), ProblemError> {
-        let refuse = |key: &str, (vertex, axis): (usize, usize), says: [&str; 2]| {
-            let axis = ["x", "y", "z"][axis];
-            let message =
-                format!("an earlier pin {} vertex {vertex} along {axis}{}", says[0], says[1]);
+    /// Compares the positions that the last effect, of this number, prescribes with those of all.
+    fn check_positions(&self, number: usize, until: f64) -> Result<(), ProblemError> {
+        let refuse = |key: &str, other: usize, (vertex, axis): (usize, usize), says: [&str; 2]| {
+            let (axis, [verb, place]) = (["x", "y", "z"][axis], says);
+            let message = format!("effect[{other}] {verb} vertex {vertex} along {axis} {place}");
             let help = "let the regions or the axes of the two differ";
             let part = Part::Effect(number, key.into());
             Err(ProblemError::new(part, message, Some(help)))
         };
-        for new in displaced {
-            let earlier = self.displaced.iter().find_map(|old| new.conflict(old, until));
-            if let Some(place) = earlier {
-                return refuse("displacement", place, ["moves", " to another place"]);
-            }
+        let (own, kept) =
+            ("where it starts", "and this pin, without a displacement, keeps it there");
+        let is_last = |other: &usize| *other == number;
+        for (one, new) in &self.displaced {
             let earlier =
-                (!self.fixed.is_empty()).then(|| new.leaves(&self.fixed, until)).flatten();
-            if let Some(place) = earlier {
-                return refuse("displacement", place, ["keeps", " where it starts"]);
+                self.displaced.iter().filter(|(other, _)| is_last(one) && !is_last(other));
+            for (other, old) in earlier {
+                if let Some(place) = new.conflict(old, until) {
+                    return refuse("displacement", *other, place, ["moves", "to another place"]);
+                }
             }
-        }
-        let earlier = |fixed: &Pins| self.displaced.iter().find_map(|old| old.leaves(fixed, until));
-        match (!fixed.is_empty()).then(|| earlier(fixed)).flatten() {
-            Some(place) => refuse(
-                "where",
-                place,
-                ["moves", ", and this one, without a displacement, keeps it where it starts"],
-            ),
-            None => Ok(()),
-        }
-    }
-
-    fn check_values(&self, number: usize, held: &[Held]) -> Result<(), ProblemError> {
-        for new in held {
-            if let Some(point) = self.held.iter().find_map(|old| new.conflict(old)) {
-                let message = format!(
-                    "an earlier effect holds the species at point {point} at another value"
-                );
-                let help = "let the regions of the two differ, or their values agree";
-                let part = Part::Effect(number, "value".into());
-                return Err(ProblemError::new(part, message, Some(help)));
+            let pairs = self.fixed.iter().filter(|(other, _)| is_last(one) != is_last(other));
+            for (other, fixed) in pairs {
+                match new.leaves(fixed, until) {
+                    Some(place) if is_last(one) => {
+                        return refuse("displacement", *other, place, ["keeps", own]);
+                    }
+                    Some(place) => return refuse("where", *one, place, ["moves", kept]),
+                    None => {}
+                }
             }
         }
         Ok(())
@@ -97,15 +86,17 @@ impl Prescriptions {
             return Ok(());
         }
         for transport in transports {
-            let holds =
-                |point: &usize| self.held.iter().any(|h| h.holds(transport.species(), *point));
-            let found = transport.flux_edges().into_iter().find(|edge| edge.iter().all(holds));
-            if let Some([a, b]) = found {
+            let by = |point: usize| {
+                let holds = |(_, held): &&(usize, Held)| held.holds(transport.species(), point);
+                self.held.iter().find(holds).map(|(other, _)| *other)
+            };
+            let held = |[a, b]: [usize; 2]| Some(([a, b], by(a)?, by(b)?));
+            if let Some(([a, b], other, _)) = transport.flux_edges().into_iter().find_map(held) {
                 let at =
                     if a == b { format!("triangle {a}") } else { format!("vertices {a} and {b}") };
                 let name = transport.name();
                 let message = format!(
-                    "it prescribes the {name} through the boundary at {at}, where another effect holds the species"
+                    "it prescribes the {name} through the boundary at {at}, where effect[{other}] holds the species"
                 );
                 let key = transport.speed_key();
                 let help = format!(

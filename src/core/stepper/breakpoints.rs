@@ -67,7 +67,7 @@ impl Breakpoints {
 
     /// Adds those of the laws, from their formulas or by sampling them with the species of the state, once; says what
     /// is not certain about them.
-    pub(crate) fn sample(&mut self, at: &mut Evaluation<'_>) -> Option<String> {
+    pub fn sample(&mut self, at: &mut Evaluation<'_>) -> Option<String> {
         if std::mem::replace(&mut self.sampled, true) {
             return None;
         }
@@ -159,6 +159,14 @@ impl Breakpoints {
         }
         self.limited = Some(end);
         Window { end, shown_time: end, ..window }
+    }
+
+    /// Times up to the end at which what reads the time is near to any of its values, at most `most` of them. Collective.
+    #[must_use]
+    pub fn within_steps(&self, most: usize, reduction: &Reduction) -> Vec<f64> {
+        let Self { times, courses, .. } = self.clone();
+        let known = TimeDependence { breakpoints: times, courses };
+        reduction.gathered(known.within_steps(self.until, most))
     }
 
     /// The first of them, in words; none without any.

@@ -109,6 +109,8 @@ impl Op {
             Self::Add(..) => a.add(b),
             Self::Subtract(..) => Interval::new(a.low - b.high, a.high - b.low),
             Self::Chain(..) if [a, b].contains(&Interval::point(0.0)) => Interval::point(0.0),
+            // As a product of two operands a square would have negative values.
+            Self::Multiply(x, y) if x == y => a.power(2),
             Self::Multiply(..) | Self::Chain(..) => a.multiply(b),
             Self::Divide(..) if b.contains_zero() => Interval::WHOLE,
             Self::Divide(..) => a.corners(b, |x, y| x / y),
