@@ -70,6 +70,8 @@ class Trials:
 
     def row(self, number: int, member: str, expected: str, found: str, right: bool) -> None:
         self.findings += not right
+        if number in (8, 9) and right and len(found) > 24:
+            found = found[:24].rsplit(" ", 1)[0].rstrip(":,") + " …"
         cells = (str(number), member, expected, found, "✓" if right else "**finding**")
         print("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |", flush=True)
 
