@@ -137,7 +137,7 @@ fn transports_that_cannot_go_are_refused() {
             "kind = 'hold'\nspecies = 'c'\nwhere = 'rim'\nvalue = 0\n[[effect]]\nkind = 'hold'\nspecies = 'c'\n\
              where = 'all'\nvalue = 1",
             "value",
-            "an earlier effect holds",
+            "effect[0] holds",
         ),
     ] {
         let text = format!(
