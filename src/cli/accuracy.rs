@@ -56,7 +56,7 @@ pub(super) struct AccuracyArgs {
     repeats: Option<u16>,
     /// Value of the first species above which there is a spot; by default half way between its least and
     /// largest values.
-    #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true, value_parser = crate::cli::finite)]
     level: Option<f64>,
     #[command(flatten)]
     how: HowArgs,

@@ -8,7 +8,7 @@ use super::SceneArgs;
 use crate::kinetics::{Location, PluginSearch};
 use crate::reduction::Communicator;
 use crate::run::ranks::agreed;
-use crate::run::{self, Result, Simulation, laws, stiffness};
+use crate::run::{self, Result, Simulation, explain, laws, stiffness};
 use crate::scene::Scene;
 use crate::sheet::MeshReport;
 
@@ -44,6 +44,9 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
     print_law(&simulation);
     say!("policy     {}", scene.time.policy.name());
     say!("integrator {}", scene.time.integrator.name());
+    if simulation.model().moves() {
+        explain::stabilisation(&scene).iter().for_each(|line| say!("           {line}"));
+    }
     for (k, line) in stiffness.iter().enumerate() {
         say!("{:<10} {line}", if k == 0 { "stiffness" } else { "" });
     }

@@ -103,7 +103,7 @@ pub fn write(root: &Path, blocks: &[Block]) -> Result<(), OutputError> {
 pub fn label(value: f64) -> String {
     let size = value.abs();
     if size >= 1e5 || (size > 0.0 && size < 1e-3) {
-        let text = format!("{value:.2e}");
+        let text = if size >= 1e5 { format!("{value:.4e}") } else { format!("{value:.2e}") };
         let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
         let digits = digits.trim_end_matches('0').trim_end_matches('.');
         format!("{digits}e{power}")

@@ -9,7 +9,7 @@ use crate::Vec3;
 use crate::effects::MaterialField;
 use crate::geometry::{aligned, face_areas};
 use crate::kinetics::Kinetics;
-use crate::model::{Chemistry, Drag, Mechanics, Model, Potential, State};
+use crate::model::{Chemistry, Drag, Mechanics, Model, Policy, Potential, State};
 use crate::num::Short;
 use crate::scene::{Scene, SheetSource};
 use crate::sheet::Sheet;
@@ -31,6 +31,9 @@ const ROUND_OFF: f64 = 1e-9;
 
 /// The share of a start shape below which it has been relaxed away.
 const REMAINING_SHARE: f64 = 0.05;
+
+/// Most times at which a load is looked for.
+const MAX_LOAD_TIMES: usize = 1024;
 
 /// Inspects the scene and its sheet.
 pub(super) fn on_scene(
@@ -54,6 +57,12 @@ pub(super) fn on_scene(
         ));
     }
     on_adhesion(scene, &names, notes);
+    if scene.time.span.stabilisation.is_some() && scene.time.policy != Policy::QuasiStatic {
+        notes.push(format!(
+            "time.stabilisation has no effect under the policy {}: it is for quasi-static shapes",
+            scene.time.policy.name()
+        ));
+    }
     let tolerance = scene.equilibrium.tolerance().without_loads();
     if tolerance >= LOOSE_TOLERANCE {
         notes.push(format!(
@@ -118,11 +127,23 @@ pub(super) fn on_drag(scene: &Scene, drag: &Drag, notes: &mut Vec<String>) {
     }
 }
 
+/// Times at which loads of `scene` that ever act do: within every step of what its effects make of the time.
+fn load_times(scene: &Scene, sheet: &Sheet) -> Vec<f64> {
+    let until = scene.time.span.until.get();
+    let known = scene.effects.iter().map(|effect| effect.time_dependence(sheet, until));
+    let within = known.flat_map(|known| {
+        let within = known.within_steps(until, MAX_LOAD_TIMES);
+        within.into_iter().chain(known.breakpoints)
+    });
+    // A ramp may begin at 0.
+    within.chain([0.0, 0.31, 0.62, 1.0].map(|share| share * until)).collect()
+}
+
 /// Inspects the pins and the loads on a sheet at rest.
 pub(super) fn on_loads(
+    scene: &Scene,
     potential: &mut Potential,
     tolerance: ForceTolerance,
-    until: f64,
     notes: &mut Vec<String>,
 ) {
     let mechanics = Arc::clone(potential.mechanics());
@@ -130,10 +151,11 @@ pub(super) fn on_loads(
     let names: Vec<&str> = mechanics.names().collect();
     let loads = mechanics.applied_forces();
     let rest = mechanics.sheet().rest();
+    let times = load_times(scene, mechanics.sheet());
     for (which, _) in loads.iter().enumerate().filter(|(_, load)| **load > 0.0) {
-        // A ramp may begin at 0.
-        let felt = [0.0, 0.31, 0.62, 1.0].iter().any(|share| {
-            potential.set_conditions(None, share * until);
+        // A ramp may begin at 0, and be a pulse.
+        let felt = times.iter().any(|time| {
+            potential.set_conditions(None, *time);
             let force = potential.force_of(which, rest);
             let mut all = force.iter().zip(mechanics.pins());
             all.any(|(f, fixed)| (0..3).any(|a| f[a] != 0.0 && !fixed[a]))

@@ -1,4 +1,4 @@
-//! Patterns of the first species and of the mean curvature: regions above a level, and how well the mesh resolves them.
+//! Patterns of the species and of the mean curvature: regions above a level, and how well the mesh resolves them.
 //!
 //! ```text
 //! w = π √(∫ (c - c̄)² dA / ∫ |∇c|² dA)      half the wavelength of a plane wave, about the width of a spot
@@ -60,31 +60,41 @@ pub struct Pattern {
 }
 
 impl Pattern {
-    /// The first species; none without species.
-    pub fn of(at: &mut Evaluation<'_>) -> Option<Self> {
+    /// Every species, in their order.
+    pub fn of_species(at: &mut Evaluation<'_>) -> Vec<Self> {
         let (model, state) = (at.model(), at.state());
         let (sheet, x) = (model.sheet(), &state.x);
-        let chemistry = model.chemistry()?;
+        let Some(chemistry) = model.chemistry() else { return Vec::new() };
         let faces: Vec<f64> =
             sheet.triangles().iter().map(|t| Face::of(&t.map(|v| x[v as usize])).area).collect();
-        if chemistry.location() == Location::Face {
-            let centre = |t: &[u32; 3]| t.iter().map(|v| x[*v as usize]).sum::<Vec3>() / 3.0;
-            let inner = sheet.edges().iter().filter(|e| !e.is_boundary());
-            return Some(Self {
-                value: state.species.first()?.clone(),
-                position: sheet.triangles().iter().map(centre).collect(),
-                area: faces,
-                neighbours: inner.map(|e| e.triangles).collect(),
-            });
-        }
-        let mut area = vec![0.0; x.len()];
-        sum_at_corners(sheet, |t| faces[t] / 3.0, &mut area);
-        Some(Self {
-            value: at.species_at_vertices().into_iter().next()?,
-            position: x.to_vec(),
-            area,
-            neighbours: sheet.edges().iter().map(|e| e.vertices).collect(),
-        })
+        let (values, position, area, neighbours) = match chemistry.location() {
+            Location::Face => {
+                let centre = |t: &[u32; 3]| t.iter().map(|v| x[*v as usize]).sum::<Vec3>() / 3.0;
+                let inner = sheet.edges().iter().filter(|e| !e.is_boundary());
+                let position = sheet.triangles().iter().map(centre).collect();
+                let neighbours: Vec<_> = inner.map(|e| e.triangles).collect();
+                (state.species.clone(), position, faces, neighbours)
+            }
+            _ => {
+                let mut area = vec![0.0; x.len()];
+                sum_at_corners(sheet, |t| faces[t] / 3.0, &mut area);
+                let neighbours = sheet.edges().iter().map(|e| e.vertices).collect();
+                (at.species_at_vertices(), x.to_vec(), area, neighbours)
+            }
+        };
+        let pattern = |value| Self {
+            value,
+            position: position.clone(),
+            area: area.clone(),
+            neighbours: neighbours.clone(),
+        };
+        values.into_iter().map(pattern).collect()
+    }
+
+    /// The least width of `patterns` that have one.
+    #[must_use]
+    pub fn narrowest(patterns: &[Self], x: &[Vec3], sheet: &Sheet) -> Option<f64> {
+        patterns.iter().filter_map(|pattern| pattern.width(x, sheet)).reduce(f64::min)
     }
 
     /// The mean curvature inside the boundary; none of a sheet that stays in a plane or does not move, or whose curvature

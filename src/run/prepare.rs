@@ -296,7 +296,7 @@ fn note_model(scene: &Scene, model: &Model, notes: &mut Vec<String>) -> Result<(
     }
     lints::on_rest_shape(scene, &mut potential, notes);
     let tolerance = scene.equilibrium.tolerance();
-    lints::on_loads(&mut potential, tolerance, scene.time.span.until.get(), notes);
+    lints::on_loads(scene, &mut potential, tolerance, notes);
     if scene.time.policy.storage().mechanics > 0.0 {
         lints::on_drag(scene, model.drag(), notes);
     }

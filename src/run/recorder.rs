@@ -250,10 +250,10 @@ impl<'a> Recorder<'a> {
         if sheet.reduction().distribution().is_some() || sheet.edges().is_empty() {
             return;
         }
-        let width = |pattern: Option<Pattern>| pattern.and_then(|p| p.width(&state.x, &sheet));
-        let species = width(Pattern::of(&mut workspace.at(state))).and_then(resolution_words);
-        let shape = Pattern::of_shape(&mut workspace.at(state)).ok();
-        let shape = shape.and_then(width).and_then(wrinkle_words);
+        let species = Pattern::of_species(&mut workspace.at(state));
+        let species = Pattern::narrowest(&species, &state.x, &sheet).and_then(resolution_words);
+        let shape = Pattern::of_shape(&mut workspace.at(state)).ok().flatten();
+        let shape = shape.and_then(|shape| shape.width(&state.x, &sheet)).and_then(wrinkle_words);
         for words in species.into_iter().chain(shape) {
             self.session.progress.message(&words);
         }

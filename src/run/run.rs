@@ -14,6 +14,7 @@ use super::session::Session;
 pub(crate) use super::summary::end;
 pub use super::summary::{Ending, Failure, Summary, with_status};
 use super::{Error, Result, Simulation, lints, provenance, stability_monitor};
+use crate::model::Start;
 use crate::num::Short;
 use crate::output::{Interrupt, Progress, ResultDirectory};
 use crate::scene::Scene;
@@ -155,7 +156,7 @@ fn start(
     incidents: &mut RunEvents,
 ) -> Result<StepReport> {
     let start = simulation.stepper.state.clone();
-    if simulation.model().moves() {
+    if simulation.model().moves() && session.scene.time.span.start == Start::Equilibrium {
         session.progress.message("relaxing the initial shape");
     }
     let mut first = StepReport::default();

@@ -54,8 +54,8 @@ pub fn meshes(axis: &Axis) -> Option<Vec<(usize, f64)>> {
 pub enum Convergence {
     /// The three finest meshes agree.
     Same(f64),
-    /// The last two differ by less than the standard error over the seeds.
-    Spread(f64),
+    /// Two successive meshes differ by less than the standard error over the seeds.
+    Spread,
     /// It converges with an order to a limit.
     Order(f64, f64),
     /// It does neither, or a mesh has no value.
@@ -72,12 +72,13 @@ impl Convergence {
         };
         let square =
             |found: Statistics| found.deviation.map_or(0.0, |d| d * d / real(found.count.max(1)));
-        let error = (square(meshes[1].1) + square(meshes[2].1)).sqrt();
+        let [first, second, third] = meshes.map(|(_, found)| square(found));
         if (a - c).abs().max((b - c).abs()) <= SAME * c.abs() {
             return Self::Same(c);
         }
-        if (b - c).abs() <= error {
-            return Self::Spread(c);
+        let known = |apart: f64, squares: f64| apart.abs() > squares.sqrt();
+        if !(known(a - b, first + second) && known(b - c, second + third)) {
+            return Self::Spread;
         }
         let [h1, h2, h3] = meshes.map(|(vertices, _)| vertices.powf(-0.5));
         order_and_limit([(h1, a), (h2, b), (h3, c)])
@@ -88,8 +89,8 @@ impl Convergence {
     #[must_use]
     pub fn limit(self) -> Option<f64> {
         match self {
-            Self::Same(value) | Self::Spread(value) | Self::Order(_, value) => Some(value),
-            Self::NotConverged => None,
+            Self::Same(value) | Self::Order(_, value) => Some(value),
+            Self::Spread | Self::NotConverged => None,
         }
     }
 }
@@ -98,7 +99,7 @@ impl fmt::Display for Convergence {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Same(_) => f.write_str("unchanged"),
-            Self::Spread(_) => f.write_str("within the spread"),
+            Self::Spread => f.write_str("within the spread"),
             Self::Order(order, _) => f.write_str(&label((order * 100.0).round() / 100.0)),
             Self::NotConverged => f.write_str("not converged"),
         }
@@ -135,7 +136,9 @@ pub(super) fn rows(
             };
             let found: Vec<_> = meshes.iter().map(|(k, vertices)| (*vertices, on(*k))).collect();
             let Some(finest) = found.last_chunk::<3>().copied() else { continue };
-            if found.iter().all(|(_, values)| values.count == 0) {
+            let nothing =
+                |(_, values): &(f64, Statistics)| values.mean.is_none_or(|mean| mean == 0.0);
+            if found.iter().all(nothing) {
                 continue;
             }
             let verdict = Convergence::judge(finest);

@@ -359,3 +359,29 @@ fn a_stability_that_is_not_judged_is_noted() {
     assert!(noted("sheet.vertices=51000"));
     assert!(!noted("sheet.vertices=500"));
 }
+
+/// A load that acts in a pulse was taken for one that never acts.
+#[test]
+fn a_load_that_is_a_pulse_is_seen() {
+    let load = "[[effect]]\nkind = \"load\"\nwhere = \"all\"\nforce = { per-vertex = [0.0, 0.0, 1e2] }\nramp = ";
+    for formula in [
+        "exp(-((t - 0.5)/1e-4)^2)",
+        "step(t - 0.332)*step(0.333 - t)",
+        "1e4*pos(sin(2*pi*t) - 0.9999)",
+    ] {
+        let (_, simulation) = prepare(&[&format!("{load}{{ formula = \"{formula}\" }}")]);
+        let notes = simulation.notes().concat();
+        assert!(!notes.contains("moves nothing"), "{formula}: {notes}");
+    }
+}
+
+/// The stabilising drag is one of quasi-static shapes.
+#[test]
+fn stabilisation_under_another_policy_is_noted() {
+    let (_, simulation) = prepare(&["time.policy=simultaneous", "time.stabilisation=0.1"]);
+    let notes = simulation.notes().concat();
+    assert!(
+        notes.contains("time.stabilisation has no effect under the policy simultaneous"),
+        "{notes}"
+    );
+}

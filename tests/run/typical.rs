@@ -168,3 +168,22 @@ fn an_absolute_tolerance_above_all_values_is_noted() {
         assert_eq!(notes.contains("of species v is"), noted, "{k}: {notes}");
     }
 }
+
+/// Rates by species of other sizes are large in some units, eigenvalues are not: they are -5, -1 and -1 for every K.
+#[test]
+fn stabilised_steps_do_not_depend_on_the_unit_of_a_species() {
+    let scene = "sheet = { shape = 'disc', radius = 3.0, vertices = 60 }\ntime.until = 3.0\n\
+                 [kinetics]\nrates = { a = '-5*a', b = 'a*0.001 - b', w = 'hill(b, 1e-6*K, 2) - w' }\n\
+                 parameters.K = KK\ninitial.a = KK\n";
+    for k in [1.0, 1e-3, 1e-9] {
+        let (_, mut simulation) = prepare(&scene.replace("KK", &format!("{k:e}")), &[]);
+        simulation.prepare().unwrap();
+        while simulation.state().time < 3.0 {
+            simulation.step(3.0).unwrap_or_else(|e| panic!("{k}: {e}"));
+        }
+        let work = simulation.spent().work;
+        assert!(work.right_hand_sides < 1000, "{k}: {}", work.right_hand_sides);
+        let w = simulation.state().species[2][0];
+        assert!((w - 0.947_99).abs() < 2e-3, "{k}: {w}");
+    }
+}

@@ -158,6 +158,14 @@ fn a_pattern_that_the_mesh_does_not_resolve_is_named() {
     );
     let ran = rumple(folder.path(), &["run", "scene.toml", "--out", "out"]);
     assert!(text(&ran.stderr).contains("edges wide: below 6"), "{}", text(&ran.stderr));
+    // So is one of a species other than the first.
+    let second =
+        ["--set", "kinetics.rates.b=0*b", "--set", "kinetics.initial.b.formula=1 + cos(1.5*x)"];
+    let args = ["run", "scene.toml", "--out", "b", "--set", "kinetics.initial.c=1"];
+    let ran = rumple(folder.path(), &[&args[..], &second[..]].concat());
+    assert!(text(&ran.stderr).contains("edges wide: below 6"), "{}", text(&ran.stderr));
+    let args = ["sweep", "scene.toml", "--seeds", "2", "--level", "nan"];
+    assert_eq!(rumple(folder.path(), &args).status.code(), Some(2));
     let over = "sheet.vertices=500,8000";
     let ran = rumple(folder.path(), &["sweep", "scene.toml", "--over", over, "--out", "sweep"]);
     assert!(ran.status.success(), "{}", text(&ran.stderr));

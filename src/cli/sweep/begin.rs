@@ -85,6 +85,10 @@ pub(in crate::cli) fn begin(
 
 /// Meshes with up to four times the vertices of the scene with the first values of `axes`.
 fn refined(args: &SceneArgs, axes: &[Axis]) -> Result<Axis> {
+    if axes.iter().any(|axis| axis.key == refinement::KEY) {
+        let message = "--refine varies sheet.vertices, as --over does; give one of the two";
+        return Err(Error::Refused(message.into()));
+    }
     let first: Vec<String> = axes.iter().flat_map(|axis| axis.overrides(0)).collect();
     match Scene::varied(&args.scene, &args.overrides, &first)?.sheet.source {
         SheetSource::Generated(shape) => Ok(refinement::axis(shape.vertices())),

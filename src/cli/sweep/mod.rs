@@ -76,7 +76,7 @@ pub(super) struct PlanArgs {
     seeds: Option<u16>,
     /// Value of the first species above which there is a spot; by default half way between its least and
     /// largest values.
-    #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true, value_parser = crate::cli::finite)]
     level: Option<f64>,
     #[command(flatten)]
     how: HowArgs,

@@ -371,7 +371,23 @@ impl<'a> Stepper<'a> {
         self.shortest.min(SHORTEST_OF_REST * length).max(f64::MIN_POSITIVE)
     }
 
+    /// A step; where diffsol has lost the direction of time by round-off, as after many stop times, it restarts.
     fn raw_step(&mut self, until: f64) -> Result<()> {
+        if self.fitted_step(until)? {
+            return Ok(());
+        }
+        let start = vector(self.problem, &self.start);
+        self.begin(self.time, start, until - self.time)?;
+        match self.fitted_step(until)? {
+            true => Ok(()),
+            false => {
+                Err(refusal(self.options.method, self.time, "it has lost the direction of time"))
+            }
+        }
+    }
+
+    /// A step that ends at `until` or before; whether diffsol has taken that for a time ahead.
+    fn fitted_step(&mut self, until: f64) -> Result<bool> {
         let time = self.time;
         let refuse = |e: diffsol::DiffsolError| refusal(self.options.method, time, &e.to_string());
         let shortest = self.least(until - time);
@@ -391,7 +407,9 @@ impl<'a> Stepper<'a> {
                 let shared = (short || long) && rest > 4.0 * same;
                 let stop = if shared { now + 0.5 * rest } else { until };
                 solver.config_mut().minimum_timestep = shortest;
-                solver.set_stop_time(stop).map_err(refuse)?;
+                if solver.set_stop_time(stop).is_err() {
+                    return Ok(false);
+                }
                 match solver.step().map_err(refuse)? {
                     OdeSolverStopReason::TstopReached => stop,
                     OdeSolverStopReason::InternalTimestep
@@ -400,7 +418,7 @@ impl<'a> Stepper<'a> {
             }
         }, none => return Err(refusal(self.options.method, time, "its start failed")));
         self.time = stop;
-        Ok(())
+        Ok(true)
     }
 }
 

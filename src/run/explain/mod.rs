@@ -8,7 +8,7 @@ mod solvers;
 use serde::Serialize;
 
 use super::{Result, Simulation};
-use crate::effects::{self, Coupling, EffectParts, EnergyTerm, TransportTerm};
+use crate::effects::{Coupling, EffectParts, EnergyTerm, TransportTerm};
 use crate::kinetics::{Descriptor, Signal};
 use crate::model::{Chemistry, Model};
 use crate::scene::Scene;
@@ -95,6 +95,12 @@ impl std::fmt::Display for Explanation {
         }
         Ok(())
     }
+}
+
+/// How a quasi-static shape is stabilised, in words; nothing where no drag is.
+#[must_use]
+pub fn stabilisation(scene: &Scene) -> Option<String> {
+    solvers::stabilisation(scene).map(|line| line.what.trim_start().to_owned())
 }
 
 /// The effects whose contribution has something.
@@ -199,17 +205,18 @@ fn energy(term: &EnergyTerm, name: &str, law: Option<&Descriptor>) -> String {
 fn effects_of(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
     let model = simulation.model();
     let mut describe = parts_of(model);
-    let contributions = simulation.setup.effects.iter().map(|contribution| &contribution.parts);
-    let line = |(number, (spec, parts)): (usize, (_, &EffectParts))| {
-        let spec: &Box<dyn effects::EffectSpec> = spec;
-        let mut described = describe(parts);
+    let mut lines = Vec::new();
+    for (number, (spec, contribution)) in
+        scene.effects.iter().zip(&simulation.setup.effects).enumerate()
+    {
+        let mut described = describe(&contribution.parts);
         if described.is_empty() {
             described
                 .push("has no effect here: no energy, no fixed direction, no transport".into());
         }
-        Line::new(spec.name(), described.join("; ")).at(scene, &format!("effect[{number}]"))
-    };
-    let lines: Vec<Line> = scene.effects.iter().zip(contributions).enumerate().map(line).collect();
+        let path = format!("effect[{number}]");
+        lines.push(Line::new(spec.name(), described.join("; ")).at(scene, &path));
+    }
     if lines.is_empty() { vec![Line::new("none", "the scene lists none")] } else { lines }
 }
 

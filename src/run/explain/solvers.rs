@@ -2,7 +2,7 @@
 
 use super::{Line, energies, reach};
 use crate::effects;
-use crate::model::Policy;
+use crate::model::{Policy, Start};
 use crate::num::real;
 use crate::run::Simulation;
 use crate::scene::Scene;
@@ -24,9 +24,10 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
         line(format!("policy {}: {means}", scene.time.policy.name()), "time.policy"),
         line(format!("integrator: {}", integrator.name()), "time.integrator"),
     ];
+    let plain = scene.time.span.stabilisation.is_some_and(|share| f64::from(share) == 0.0);
     for part in integrator.parts(storage) {
         let (subject, _) = part.split_once(':').unwrap_or_default();
-        let idle = subject == "shape" && !model.moves()
+        let idle = subject == "shape" && (!model.moves() || plain)
             || subject == "species" && model.chemistry().is_none();
         lines.extend((!idle).then(|| Line::new(format!("  {part}"), "")));
     }
@@ -34,6 +35,11 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
         return lines;
     }
     lines.extend(stabilisation(scene));
+    let start = match scene.time.span.start {
+        Start::Equilibrium => "  start: the equilibrium that the shape of the scene moves to",
+        Start::Given => "  start: the shape of the scene",
+    };
+    lines.push(line(start.to_owned(), "time.start"));
     let (method, moving) = (&scene.equilibrium, storage.mechanics > 0.0);
     let tolerance = simulation.force_tolerance();
     lines.push(line(
@@ -62,7 +68,7 @@ pub(super) fn lines(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
 }
 
 /// The drag that stabilises a quasi-static shape.
-fn stabilisation(scene: &Scene) -> Option<Line> {
+pub(in crate::run) fn stabilisation(scene: &Scene) -> Option<Line> {
     let (time, integrator) = (&scene.time, &scene.time.integrator);
     if time.policy != Policy::QuasiStatic || integrator.needs_sparse_motion() {
         return None;

@@ -41,7 +41,7 @@ pub struct Measures {
     pub nearest: Option<f64>,
     /// Area of all spots over that of the sheet, in the deformed state.
     pub share: f64,
-    /// Width of the regions of the first species, half a wave, in mean edges; none of a uniform one.
+    /// Width of the narrowest pattern of a species, half a wave, in mean edges; none where all are uniform.
     pub width: Option<f64>,
     /// The same of the mean curvature, half a wave of wrinkles; none of a shape without.
     pub wrinkle_width: Option<f64>,
@@ -129,8 +129,9 @@ pub fn measure(at: &mut Evaluation<'_>, level: Option<f64>) -> Result<Measures, 
     };
     let width = |pattern: Pattern| pattern.width(&state.x, model.sheet());
     measures.wrinkle_width = Pattern::of_shape(at)?.and_then(width);
-    let Some(pattern) = Pattern::of(at) else { return Ok(measures) };
-    measures.width = pattern.width(&state.x, model.sheet());
+    let patterns = Pattern::of_species(at);
+    measures.width = Pattern::narrowest(&patterns, &state.x, model.sheet());
+    let Some(pattern) = patterns.first() else { return Ok(measures) };
     let Some(level) = level.or_else(|| pattern.half_way()) else { return Ok(measures) };
     let (centres, above) = pattern.regions(level);
     let total: f64 = pattern.area.iter().sum();

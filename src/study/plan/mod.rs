@@ -93,7 +93,7 @@ impl Plan {
     pub fn new(scene: &Path, set: &[String], mut axes: Vec<Axis>) -> Result<Self> {
         if axes.is_empty() {
             let message = "nothing to vary: give --over KEY=VALUES, as in \
-                           --over material.thickness=0.5,1,1.5, or --seeds N";
+                           --over material.thickness=0.5,1,1.5, --refine or --seeds N";
             return Err(Error::Refused(message.into()));
         }
         let count = axes.iter().try_fold(1usize, |n, axis| n.checked_mul(axis.values.len()));
