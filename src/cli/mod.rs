@@ -229,13 +229,13 @@ impl Waiting {
     }
 }
 
-/// Prints a line on standard error, whether anybody reads it or not.
 /// A number of the command line that is finite.
 fn finite(text: &str) -> std::result::Result<f64, String> {
     let number: f64 = text.parse().map_err(|_| "is not a number".to_owned())?;
     number.is_finite().then_some(number).ok_or_else(|| "is not finite".to_owned())
 }
 
+/// Prints a line on standard error, whether anybody reads it or not.
 fn warn(text: &str) {
     let _ = writeln!(std::io::stderr(), "{}", text.trim_end());
 }

@@ -151,8 +151,9 @@ pub(super) fn on_loads(
     let names: Vec<&str> = mechanics.names().collect();
     let loads = mechanics.applied_forces();
     let rest = mechanics.sheet().rest();
-    let times = load_times(scene, mechanics.sheet());
-    for (which, _) in loads.iter().enumerate().filter(|(_, load)| **load > 0.0) {
+    let listed = || loads.iter().enumerate().filter(|(_, load)| **load > 0.0);
+    let times = listed().next().map_or_else(Vec::new, |_| load_times(scene, mechanics.sheet()));
+    for (which, _) in listed() {
         // A ramp may begin at 0, and be a pulse.
         let felt = times.iter().any(|time| {
             potential.set_conditions(None, *time);

@@ -10,6 +10,7 @@
 //! Where w is below [`RESOLVED`] mean edges, number and size of regions depend on the mesh.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use crate::Vec3;
 use crate::geometry::{AreaRule, Curvature, Face, VertexArea, sum_at_corners};
@@ -53,10 +54,10 @@ pub fn wrinkle_words(width: f64) -> Option<String> {
 /// A scalar field where it lives: what regions are made of.
 pub struct Pattern {
     value: Vec<f64>,
-    position: Vec<Vec3>,
+    position: Arc<[Vec3]>,
     /// Of every point, in the deformed state.
-    pub area: Vec<f64>,
-    neighbours: Vec<[u32; 2]>,
+    pub area: Arc<[f64]>,
+    neighbours: Arc<[[u32; 2]]>,
 }
 
 impl Pattern {
@@ -67,26 +68,28 @@ impl Pattern {
         let Some(chemistry) = model.chemistry() else { return Vec::new() };
         let faces: Vec<f64> =
             sheet.triangles().iter().map(|t| Face::of(&t.map(|v| x[v as usize])).area).collect();
-        let (values, position, area, neighbours) = match chemistry.location() {
-            Location::Face => {
-                let centre = |t: &[u32; 3]| t.iter().map(|v| x[*v as usize]).sum::<Vec3>() / 3.0;
-                let inner = sheet.edges().iter().filter(|e| !e.is_boundary());
-                let position = sheet.triangles().iter().map(centre).collect();
-                let neighbours: Vec<_> = inner.map(|e| e.triangles).collect();
-                (state.species.clone(), position, faces, neighbours)
-            }
-            _ => {
-                let mut area = vec![0.0; x.len()];
-                sum_at_corners(sheet, |t| faces[t] / 3.0, &mut area);
-                let neighbours = sheet.edges().iter().map(|e| e.vertices).collect();
-                (at.species_at_vertices(), x.to_vec(), area, neighbours)
-            }
-        };
+        let (values, position, area, neighbours): (_, Arc<[Vec3]>, Arc<[f64]>, Arc<[_]>) =
+            match chemistry.location() {
+                Location::Face => {
+                    let centre =
+                        |t: &[u32; 3]| t.iter().map(|v| x[*v as usize]).sum::<Vec3>() / 3.0;
+                    let inner = sheet.edges().iter().filter(|e| !e.is_boundary());
+                    let position = sheet.triangles().iter().map(centre).collect();
+                    let neighbours = inner.map(|e| e.triangles).collect();
+                    (state.species.clone(), position, faces.into(), neighbours)
+                }
+                _ => {
+                    let mut area = vec![0.0; x.len()];
+                    sum_at_corners(sheet, |t| faces[t] / 3.0, &mut area);
+                    let neighbours = sheet.edges().iter().map(|e| e.vertices).collect();
+                    (at.species_at_vertices(), x.to_vec().into(), area.into(), neighbours)
+                }
+            };
         let pattern = |value| Self {
             value,
-            position: position.clone(),
-            area: area.clone(),
-            neighbours: neighbours.clone(),
+            position: Arc::clone(&position),
+            area: Arc::clone(&area),
+            neighbours: Arc::clone(&neighbours),
         };
         values.into_iter().map(pattern).collect()
     }
@@ -116,7 +119,8 @@ impl Pattern {
         let neighbours: Vec<_> = sheet.edges().iter().map(|e| e.vertices).filter(inside).collect();
         // H at a single vertex is as uneven as the triangles around it.
         let value = ring_means(&mean, &area, &neighbours);
-        let pattern = Self { value, position: x.to_vec(), area, neighbours };
+        let position = x.to_vec().into();
+        let pattern = Self { value, position, area: area.into(), neighbours: neighbours.into() };
         let wrinkled = pattern.variance().sqrt() * mean_edge(x, sheet) > FLAT;
         Ok(wrinkled.then_some(pattern))
     }

@@ -4,6 +4,7 @@ mod feedback;
 mod held;
 mod ill_posed;
 mod places;
+mod spectral_radius;
 mod surface;
 
 use std::sync::{Arc, OnceLock};
@@ -415,41 +416,6 @@ impl Chemistry {
         Ok(())
     }
 
-    /// Bounds on the spectral radius of the rates by the species, 1/time: of the reaction by the largest row sum ‖J‖ of
-    /// J = |∂R/∂c|, or `‖J¹⁶‖^(1/16)` where that is far above the diagonal, as in units in which species differ by orders of
-    /// magnitude; of diffusion by its own bound. The sum bounds that of both.
-    ///
-    /// # Errors
-    /// If the plugin fails.
-    pub fn spectral_bounds(
-        &self,
-        sheet: &Sheet,
-        surface: &Surface,
-        species: &[&[f64]],
-        signals: &SignalColumns,
-    ) -> Result<[f64; 2], ModelError> {
-        let count = species.first().map_or(0, |c| c.len());
-        let (n, inputs) = (species.len(), self.descriptor().inputs());
-        let partials = self.reaction_partials(species, signals).map_err(ModelError::from);
-        let partials = ModelError::agreed(sheet.reduction(), partials)?;
-        let entry = |p: usize, s: usize, j: usize| partials.column(s * inputs + j)[p].abs();
-        let own = |p: usize| (0..n).map(|s| entry(p, s, s)).fold(0.0, f64::max);
-        let tame = OFF_DIAGONAL * parallel::max(count, own);
-        let bound = |p: usize| {
-            let row = |s: usize| (0..n).map(|j| entry(p, s, j)).sum::<f64>();
-            let norm = (0..n).map(row).fold(0.0, f64::max);
-            if norm <= tame || n == 1 {
-                norm
-            } else {
-                spectral_radius_bound(n, norm, |s, j| entry(p, s, j))
-            }
-        };
-        let reaction = parallel::max(count, bound);
-        let mut bounds = [reaction, self.transport_bound(sheet, surface, species)];
-        sheet.reduction().max_over_ranks(&mut bounds);
-        Ok(bounds)
-    }
-
     /// Adds the rate of one transport to `out`.
     ///
     /// # Errors
@@ -473,43 +439,9 @@ impl Chemistry {
         })
     }
 
-    /// A bound on the spectral radius of all transports together, 1/time: the largest sum of those of one species.
-    #[must_use]
-    pub fn transport_bound(&self, sheet: &Sheet, surface: &Surface, species: &[&[f64]]) -> f64 {
-        let mut sums: Few<f64> = SmallVec::from_elem(0.0, self.descriptor().species.len());
-        for (term, operator) in self.transports.iter().zip(surface.operators()) {
-            sums[term.species()] += term.bound(sheet, operator, species);
-        }
-        sums.into_iter().fold(0.0, f64::max)
-    }
-
     /// The transport effects.
     #[must_use]
     pub fn transports(&self) -> &[TransportTerm] {
         &self.transports
     }
-}
-
-/// Row sums that exceed the largest rate of a species by itself so many times are bounded more closely.
-const OFF_DIAGONAL: f64 = 4.0;
-
-/// `‖A¹⁶‖^(1/16)`, in which an entry that is large in some units counts by its 16th root; A is non-negative with the largest
-/// row sum `norm`.
-fn spectral_radius_bound(n: usize, norm: f64, entry: impl Fn(usize, usize) -> f64) -> f64 {
-    let mut power: Vec<f64> = (0..n * n).map(|k| entry(k / n, k % n) / norm).collect();
-    let mut scale = norm;
-    let rows =
-        |power: &[f64]| power.chunks(n).map(|row| row.iter().sum::<f64>()).fold(0.0, f64::max);
-    for doubling in 1..=4 {
-        let product = |k: usize| (0..n).map(|j| power[k / n * n + j] * power[j * n + k % n]).sum();
-        let square: Vec<f64> = (0..n * n).map(product).collect();
-        let size = rows(&square);
-        // A nilpotent matrix has no eigenvalue but 0.
-        if !(size > 0.0) {
-            return 0.0;
-        }
-        scale *= size.powf(0.5f64.powi(doubling));
-        power = square.into_iter().map(|value| value / size).collect();
-    }
-    scale.min(norm)
 }
