@@ -69,7 +69,7 @@ def contradictions(trials) -> None:
             named = all(f"effect[{k}]" in run.said or f"effect.{k}" in run.said for k in (2, 3))
             named |= any(words in run.said for words in also)
             found.append(f"code {run.code}{', both named' if named else ', ' + run.said[-150:]}")
-        # A barrier is no prescription: the manual has pins hold the sheet within an obstacle, with a warning.
+        # A barrier does not prescribe positions: the manual has pins hold the sheet within an obstacle, with a warning.
         wanted = "code 0, both named" if "obstacle" in one + other else "code 2, both named"
         trials.row(4, member, f"{wanted}, in either order", "; ".join(dict.fromkeys(found)), set(found) == {wanted})
 
@@ -176,7 +176,7 @@ def results(trials) -> None:
         ("a ledger that is missing", lambda d: (d / "ledger.csv").unlink(), "ledger.csv", ["view", "resume"]),
         ("a resolved scene cut short", lambda d: half(d / "resolved.toml"), "resolved.toml", ["view", "resume"]),
         ("no resolved scene", lambda d: (d / "resolved.toml").unlink(), "resolved.toml", ["view", "resume"]),
-        ("a status that is no JSON", lambda d: (d / "status.json").write_text("{"), "status.json", ["view"]),
+        ("a status that is not JSON", lambda d: (d / "status.json").write_text("{"), "status.json", ["view"]),
         ("an index that is a web page", lambda d: (d / "sheet.pvd").write_text("<html></html>"), "sheet.pvd", ["view", "paraview"]),
         ("checkpoints that are empty", lambda d: [c.write_text("") for c in (d / "checkpoints").iterdir()], "checkpoint", ["resume"]),
     ]
