@@ -4,8 +4,8 @@
 //! ρ(J) ≤ ρ(|J|) ≤ ‖|J|^k‖^(1/k)        ‖A‖ the largest row sum of |A|, k = 1, 2, 4, …, 16
 //! ```
 //!
-//! at every point. With k = 1 an entry counts as it is: of species whose units differ by orders of magnitude the largest
-//! may be far above every eigenvalue. With k = 16 it counts by its 16th root.
+//! at every point. With k = 1 the largest entry counts in full, which may be far above every eigenvalue where the units of
+//! species differ by orders of magnitude. With k = 16 it counts by its 16th root.
 //!
 //! References: Wielandt, Math. Z. 52 (1950), doi:10.1007/BF02230720 (ρ(J) ≤ ρ(|J|)); Gelfand, Mat. Sbornik 9 (1941) (ρ as the
 //! limit over k).
@@ -13,7 +13,6 @@
 use smallvec::SmallVec;
 
 use super::{Chemistry, Few, ModelError, SignalColumns, Surface};
-use crate::parallel;
 use crate::sheet::Sheet;
 
 /// Row sums that exceed the largest rate of a species by itself so many times are bounded more closely, by four
@@ -42,17 +41,16 @@ impl Chemistry {
         let entry = |p: usize, s: usize, j: usize| partials.column(s * inputs + j)[p].abs();
         let row_sum = |p: usize, s: usize| (0..n).map(|j| entry(p, s, j)).sum::<f64>();
         // Of all ranks: each decides by it how to bound its own points.
-        let mut diagonal = [largest(n, |s| parallel::max(count, |p| entry(p, s, s)))];
-        sheet.reduction().max_over_ranks(&mut diagonal);
-        let loose = |norm: f64| n > 1 && norm.is_finite() && norm > OFF_DIAGONAL * diagonal[0];
+        let diagonal = largest(n, |s| sheet.reduction().max(count, |p| entry(p, s, s)));
+        let loose = |norm: f64| n > 1 && norm.is_finite() && norm > OFF_DIAGONAL * diagonal;
         let bound = |p: usize| match largest(n, |s| row_sum(p, s)) {
             norm if loose(norm) => of_powers(n, norm, |s, j| entry(p, s, j)),
             norm => norm,
         };
-        let reaction = largest(1, |_| parallel::max(count, bound));
-        let mut bounds = [reaction, self.transport_bound(sheet, surface, species)];
-        sheet.reduction().max_over_ranks(&mut bounds);
-        Ok(bounds)
+        let reaction = largest(1, |_| sheet.reduction().max(count, bound));
+        let mut diffusion = [self.transport_bound(sheet, surface, species)];
+        sheet.reduction().max_over_ranks(&mut diffusion);
+        Ok([reaction, diffusion[0]])
     }
 
     /// A bound on the spectral radius of all transports together, 1/time: the largest sum of those of one species.
