@@ -45,7 +45,7 @@ impl fmt::Display for RunStatus {
 }
 
 /// How far a run is, and what that has cost.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Reached {
     /// The time reached.
     pub time: f64,
@@ -60,6 +60,8 @@ pub struct Reached {
     /// moves.
     #[serde(flatten)]
     pub intersection: Option<SelfIntersection>,
+    /// What the run has said that a reader of its results should know.
+    pub notes: Vec<String>,
 }
 
 /// Whether a sheet passes through itself.
@@ -162,6 +164,15 @@ impl Claim {
         }
     }
 
+    /// Records what a reader of the results should know, once.
+    pub fn note(&self, text: &str) {
+        self.tell(|reached| {
+            if !reached.notes.iter().any(|note| note == text) {
+                reached.notes.push(text.to_owned());
+            }
+        });
+    }
+
     /// Records how the run ended and why; the first record stands.
     ///
     /// # Errors
@@ -202,6 +213,8 @@ pub struct Standing {
     pub peak_resident_bytes: Option<u64>,
     /// Whether its sheet passes through itself.
     pub intersection: Option<SelfIntersection>,
+    /// What the run has said that a reader of its results should know.
+    pub notes: Vec<String>,
     /// Whether a process writes to the directory.
     pub in_use: bool,
 }
@@ -226,6 +239,7 @@ impl Standing {
             cpu_seconds: about["cpu_seconds"].as_f64(),
             peak_resident_bytes: about["peak_resident_bytes"].as_u64(),
             in_use,
+            notes: from_value(about["notes"].take()).unwrap_or_default(),
             intersection: from_value(about).ok(),
         })
     }
@@ -251,9 +265,8 @@ impl Status {
             "started": self.started,
             "process": std::process::id(),
         });
-        let reached = *self.reached.lock().unwrap_or_else(PoisonError::into_inner);
-        if let (Value::Object(about), Ok(Value::Object(reached))) = (&mut about, to_value(reached))
-        {
+        let reached = to_value(&*self.reached.lock().unwrap_or_else(PoisonError::into_inner));
+        if let (Value::Object(about), Ok(Value::Object(reached))) = (&mut about, reached) {
             about.extend(reached);
         }
         format!("{about:#}\n")

@@ -255,7 +255,7 @@ impl<'a> Recorder<'a> {
         let shape = Pattern::of_shape(&mut workspace.at(state)).ok().flatten();
         let shape = shape.and_then(|shape| shape.width(&state.x, &sheet)).and_then(wrinkle_words);
         for words in species.into_iter().chain(shape) {
-            self.session.progress.message(&words);
+            self.session.note(&words);
         }
     }
 
@@ -311,7 +311,7 @@ impl<'a> Recorder<'a> {
         self.summary.to_outputs[1] += 1;
         let cut = time == target || simulation.stepper.breakpoints.include(time);
         for text in self.warnings.after(simulation, latest, cut) {
-            self.session.progress.message(&text);
+            self.session.note(&text);
         }
         self.summary.spent = simulation.spent();
         self.summary.drag_share = latest.relaxation.drag_share;
@@ -347,7 +347,7 @@ impl<'a> Recorder<'a> {
     /// The summary of a run that has ended.
     pub(super) fn finish(mut self, simulation: &Simulation, ending: Ending) -> Summary {
         if let Some(text) = self.warnings.at_end().filter(|_| ending != Ending::Interrupted) {
-            self.session.progress.message(text);
+            self.session.note(text);
         }
         self.summary.ending = ending;
         self.summary.frames = self.outputs.frame_count();

@@ -16,7 +16,7 @@ pub use super::summary::{Ending, Failure, Summary, with_status};
 use super::{Error, Result, Simulation, lints, provenance, stability_monitor};
 use crate::model::Start;
 use crate::num::Short;
-use crate::output::{Interrupt, Progress, ResultDirectory};
+use crate::output::{Interrupt, Progress, ResultDirectory, Standing};
 use crate::scene::Scene;
 use crate::solve::{Control, SolveError, StepReport};
 
@@ -81,6 +81,7 @@ pub fn recorded(
         simulation.try_laws()?;
         for note in simulation.notes.iter().chain(&simulation.faults) {
             progress.message(note);
+            directory.claim().note(note);
         }
         observed(scene, simulation, directory, progress, interrupt, (None, others))
     })
@@ -98,7 +99,9 @@ pub fn continued(
     others: &mut [&mut dyn Observer],
 ) -> Result<Summary> {
     let Resumed { scene, simulation, checkpoint, notes } = resumed;
+    let earlier = Standing::of(directory.root()).map(|standing| standing.notes);
     directory.claim().begin()?;
+    earlier.iter().flatten().for_each(|note| directory.claim().note(note));
     with_status(directory, || {
         if simulation.sheet().reduction().is_first() {
             provenance::record_resumed(scene, checkpoint, directory)?;
@@ -168,12 +171,12 @@ fn start(
     }
     let (pairs, moved) = first.relaxation.separated;
     if pairs > 0 {
-        session.progress.message(&format!(
+        session.note(&format!(
             "contact: {pairs} pairs of the start crossed or were too near, and were moved apart by at most {moved:.3e}"
         ));
     }
     first.work = simulation.spent().work;
-    if let Err(error) = try_laws(simulation, session.progress) {
+    if let Err(error) = try_laws(simulation, session) {
         return Err(session.report_failure(simulation, error, Some(&start)));
     }
     incidents.note_snap(simulation, &first)?;
@@ -183,10 +186,10 @@ fn start(
     }
     let (sheet, x) = (simulation.sheet(), &simulation.stepper.state.x);
     if let Some(note) = lints::on_start(session.scene, sheet, &start.x, x) {
-        session.progress.message(&note);
+        session.note(&note);
     }
     if let Some(note) = lints::on_explicit_step(session.scene, simulation)? {
-        session.progress.message(&note);
+        session.note(&note);
     }
     if simulation.sheet().reduction().distribution().is_some() {
         return Ok(first);
@@ -200,9 +203,9 @@ fn start(
 }
 
 /// Evaluates the laws where signals are those of a relaxed sheet, if nothing was found before.
-fn try_laws(simulation: &mut Simulation, progress: &mut Progress) -> Result<()> {
+fn try_laws(simulation: &mut Simulation, session: &mut Session<'_>) -> Result<()> {
     if simulation.faults.is_empty() && simulation.model().moves() {
-        simulation.try_laws()?.iter().for_each(|fault| progress.message(fault));
+        simulation.try_laws()?.iter().for_each(|fault| session.note(fault));
     }
     Ok(())
 }

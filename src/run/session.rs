@@ -16,6 +16,12 @@ pub(super) struct Session<'a> {
 }
 
 impl Session<'_> {
+    /// Says what a reader of the results should know, and records it.
+    pub(super) fn note(&mut self, text: &str) {
+        self.progress.message(text);
+        self.directory.claim().note(text);
+    }
+
     /// Writes the failure report of a run that stopped with `error`, in the first relaxation of `start` if that is given; an
     /// error of output, or of a start that is refused, is returned unchanged.
     pub(super) fn report_failure(

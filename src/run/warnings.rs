@@ -40,7 +40,8 @@ impl Warnings {
         if share > LARGE_DRAG_SHARE && !std::mem::replace(&mut self.dragged, true) {
             new.push(format!(
                 "the drag that stabilises the shape has taken up {:.0} % of the energy supplied by time {}: the \
-                 shape lags behind its equilibrium; lower time.stabilisation (or time.integrator.rtol)",
+                 shape lags behind its equilibrium, or crumples in many small snaps; lower time.stabilisation (or \
+                 time.integrator.rtol): the lag falls with it, what snaps release does not",
                 100.0 * share,
                 simulation.stepper.state.time
             ));

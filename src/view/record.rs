@@ -101,6 +101,7 @@ fn warnings(standing: Option<&Standing>, events: Option<&str>) -> Vec<String> {
     if let Some(text) = standing.intersection.and_then(SelfIntersection::words) {
         all.push(text);
     }
+    all.extend(standing.notes.iter().cloned());
     let count = events.map_or(0, notable);
     if count > 0 {
         all.push(format!("events, as snaps and losses of stability: {count}, listed below"));

@@ -56,20 +56,6 @@ fn strain(step: i32) -> f64 {
     1.0037347559 / (1.0 + 0.006 * share) - 1.0
 }
 
-/// A strip whose upper edge grows: it buckles out of its plane.
-const STRIP: &str = r#"
-effect = [{ kind = "stretching" }, { kind = "bending" }]
-sheet = { shape = "rectangle", width = 60.0, height = 12.0, vertices = 1200, imperfection = { amplitude = 1e-2, seed = 3 } }
-material = { young = 1e6, poisson = 0.3333333333333333, thickness = 0.5 }
-time = { until = 0.1 }
-[kinetics]
-species.g = { doc = "growth", typical = 0.1, lower = 0.0 }
-rates.g = "edge*(1 - g)"
-length_factor = "1 + 0.3*g"
-parameters = { edge = { formula = "1/(1 + exp(-(y - 4)/0.7))" } }
-initial.g = 0.0
-"#;
-
 fn run(scene: &str, args: &[&str]) -> (tempfile::TempDir, Output) {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.toml"), scene).unwrap();
@@ -302,7 +288,8 @@ fn a_watch_without_energies_is_refused() {
 /// A snap needs no watch: it is an event wherever the shape is in equilibrium at all times.
 #[test]
 fn a_snap_is_an_event_with_the_energy_that_it_releases() {
-    let (folder, _) = run(STRIP, &["run", "--out", "result"]);
+    let (folder, _) =
+        run(include_str!("../../models/plates/snap.toml"), &["run", "--out", "result"]);
     let result = folder.path().join("result");
     let (_, events) = rows(&result.join("events.csv"));
     let (header, ledger) = rows(&result.join("ledger.csv"));
@@ -331,9 +318,13 @@ sheet = { shape = "rectangle", width = 20.0, height = 20.0, vertices = 900, impe
 material = { young = 1e5, poisson = 0.3333333333333333, thickness = 0.3, drag = 0.01 }
 time = { until = 1.0, integrator = { kind = "staggered", longest_step = 0.05 } }
 "#;
+    let note = "the run ends while the shape moves under the stabilising drag";
     let moves = |args: &[&str]| {
-        said(&run(scene, &[&["run", "--out", "a"], args].concat()).1)
-            .contains("the run ends while the shape moves under the stabilising drag")
+        let (folder, output) = run(scene, &[&["run", "--out", "a"], args].concat());
+        let page = fs::read_to_string(folder.path().join("a/report.html")).unwrap();
+        let said = said(&output).contains(note);
+        assert_eq!(page.contains(note), said, "the page repeats what the run has said");
+        said
     };
     assert!(moves(&["--set", "time.max_steps=5"]));
     assert!(!moves(&[]));

@@ -15,7 +15,7 @@
 //! S is `time.stabilisation`, the relative tolerance if the scene gives none; W is the drag of the scene with the mean W̄; Y
 //! the stretching stiffness, force/length; T the time in which the fastest species changes by its typical magnitude at first,
 //! at most the span of the run. η begins at its largest. A step outside of a snap whose drag takes up more than the share S of
-//! the energy supplied lowers it in proportion, to a thousandth at most; later steps raise it again.
+//! the energy supplied lowers it in proportion, to a tenth at most; later steps raise it again.
 //!
 //! ```text
 //! U(x_n+1; q_n+1) - U(x_n; q_n) = supplied - dissipated
@@ -40,8 +40,9 @@ const CHECK_INTERVAL: usize = 20;
 /// The largest drag in units of `S Y T`: a share of about S of T is then the time in which soft bending waves relax, whose
 /// stiffness is some 10⁻⁴ of that of stretching. Smaller ones cost steps in snaps.
 const LARGEST_DRAG: f64 = 1e-4;
-/// The least in units of the largest: a drag that follows the shortening steps of a snap would never let it end.
-const LEAST_DRAG: f64 = 1e-3;
+/// The least in units of the largest. Where a sheet crumples in many small snaps they dissipate as much under any drag, and a
+/// smaller one only shortens the steps; without any adaptation some strips stay far above their least energy.
+const LEAST_DRAG: f64 = 0.1;
 /// The drag changes by factors between these from step to step.
 const DRAG_FACTORS: (f64, f64) = (0.1, 2.0);
 /// In a snap the work of the drag is at least so many times the energy supplied; where a sheet that is free of stress grows under
