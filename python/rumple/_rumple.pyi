@@ -98,6 +98,14 @@ def resume(
 ) -> Path:
     """Continues the run in a directory; the directory."""
 
+def draw(
+    files: tuple[_Path, _Path, bool],
+    drawing: str,
+    time: Optional[float],
+    movie: Optional[tuple[int, float]],
+) -> None:
+    """Draws the results in a directory into a file."""
+
 def report(directory: _Path) -> Path:
     """Writes the viewer of the results in a directory beside them; its path."""
 

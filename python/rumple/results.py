@@ -15,7 +15,7 @@ from typing import Any
 import numpy
 from numpy.typing import NDArray
 
-from ._rumple import Error, read_surface, report
+from ._rumple import Error, draw, read_surface, report
 
 __all__ = ["Frame", "Frames", "Results", "read"]
 
@@ -76,6 +76,28 @@ class Results:
         frame = f'<iframe srcdoc="{page}" width="100%" height="{height}" frameborder="0"></iframe>'
         return HTML(f"<div>{frame}</div>")
 
+    def picture(
+        self, path: str | os.PathLike[str], *, time: float | None = None, force: bool = False, **drawing: Any
+    ) -> Any:
+        """Draws the frame nearest to `time`, or the last one, into a PNG file, as `rumple picture` does.
+
+        `drawing`: `field`, `range` ("all", "frame" or a pair), `map`, `view` (a name, or azimuth and elevation in
+        degrees), `zoom`, `size` (width and height), `title`, `edges`, `light`. In a notebook the picture is shown. Needs
+        Chromium or Chrome. Raises `Error`.
+        """
+        draw((self.directory, Path(path), force), json.dumps(drawing), time, None)
+        return _shown("Image", path)
+
+    def movie(
+        self, path: str | os.PathLike[str], *, rate: float = 8.0, frames: int = 300, force: bool = False, **drawing: Any
+    ) -> Any:
+        """Draws all frames, at most `frames`, into a GIF, MP4 or WebM file at `rate` a second, as `rumple movie` does.
+
+        `drawing` is that of `picture`. MP4 and WebM need ffmpeg. In a notebook the movie is shown.
+        """
+        draw((self.directory, Path(path), force), json.dumps(drawing), None, (frames, rate))
+        return _shown("Image" if Path(path).suffix.lower() == ".gif" else "Video", path)
+
     def __repr__(self) -> str:
         return f"<rumple.Results {self.directory}, {len(self.frames)} frames>"
 
@@ -122,6 +144,17 @@ class Frame:
 
     def __repr__(self) -> str:
         return f"<rumple.Frame {self.path.name} at time {self.time}>"
+
+
+def _shown(kind: str, path: str | os.PathLike[str]) -> Any:
+    """A file as a notebook shows it; its path elsewhere."""
+    ipython = sys.modules.get("IPython")
+    shell = ipython.get_ipython() if ipython else None
+    if getattr(shell, "kernel", None) is None:
+        return Path(path)
+    import IPython.display
+
+    return getattr(IPython.display, kind)(filename=os.fspath(path), embed=True)
 
 
 def _ledger(path: Path) -> Any:

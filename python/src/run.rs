@@ -14,6 +14,7 @@ use rumple::run::run::{Ending, continued, recorded};
 use rumple::run::{Observer, StepInfo, inspect, provenance, resume as resumption};
 use rumple::sheet::read;
 use rumple::view;
+use rumple::view::picture::{self, Drawing};
 
 use crate::engine::{Pending, Slot};
 use crate::law::Law;
@@ -244,6 +245,27 @@ pub(crate) fn resume(
         let done = continued(&mut resumed, &directory, &mut progress, interrupt, others);
         reached.notes.extend_from_slice(resumed.simulation.faults());
         done.map(|_| ())
+    })
+}
+
+/// Draws the results in a directory into the file `out`: a movie at `rate` frames a second of at most so many frames, or the
+/// frame nearest to `time`. `drawing` is JSON.
+#[pyfunction]
+pub(crate) fn draw(
+    py: Python<'_>,
+    files: (PathBuf, PathBuf, bool),
+    drawing: &str,
+    time: Option<f64>,
+    movie: Option<(usize, f64)>,
+) -> PyResult<()> {
+    engine::call(py, || {
+        let drawing = Drawing::from_json(drawing)?;
+        let (root, out) = (full(&files.0)?, full(&files.1)?);
+        let files = (root.as_path(), out.as_path(), files.2);
+        match movie {
+            None => picture::picture(files, &drawing, time).map(drop),
+            Some(frames) => picture::movie(files, &drawing, frames).map(drop),
+        }
     })
 }
 

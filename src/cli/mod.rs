@@ -19,6 +19,7 @@ mod inspect;
 pub mod mesh;
 mod new;
 mod paraview;
+mod picture;
 mod plugin;
 mod rank_job;
 mod ranks;
@@ -67,6 +68,10 @@ enum Command {
     Explain(explain::ExplainArgs),
     /// Write a viewer of results in one HTML file: the sheet in 3D, ledger, scene, costs.
     View(view::ViewArgs),
+    /// Draw a state of results: a PNG, by a browser without a window.
+    Picture(Box<picture::PictureArgs>),
+    /// Draw all frames of results: an animated GIF, MP4 or WebM.
+    Movie(Box<picture::MovieArgs>),
     /// Write a Python macro that opens a run in ParaView, coloured and with the camera set.
     Paraview(paraview::ParaviewArgs),
     /// Evaluate one state: energies, forces, curvatures, signals, rates.
@@ -179,6 +184,8 @@ pub fn main() -> ExitCode {
         Command::Compare(args) => compare::run(args),
         Command::Explain(args) => explain::run(args),
         Command::View(args) => view::run(args),
+        Command::Picture(args) => picture::picture(args),
+        Command::Movie(args) => picture::movie(args),
         Command::Paraview(args) => paraview::run(args),
         Command::Inspect(args) => inspect::run(args),
         Command::Sweep(args) => sweep::run(args),

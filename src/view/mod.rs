@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! page      one HTML file: style and script (src/view/page), data as base64, everything else as JSON
+//! picture   PNG and movies, by the page in a browser
 //! runs      which runs a directory holds: one, or the members of a study
 //! sheet     frames of one run: which are shown, positions and fields with 16 bits
 //! ledger    columns of the ledger
@@ -16,6 +17,7 @@
 mod blocks;
 mod ledger;
 mod page;
+pub mod picture;
 mod record;
 mod runs;
 mod sheet;
@@ -68,7 +70,7 @@ pub fn page(root: &Path, options: Options) -> Result<Page> {
         return Err(Error::Refused(message));
     }
     let found = runs::find(root)?;
-    page::of(root, &found, options)
+    page::of(root, &found, options, None)
 }
 
 /// Writes the page of `root` beside its results, as [`ResultDirectory::REPORT`], over an earlier one; its path.

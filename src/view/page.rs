@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use super::blocks::Blocks;
 use super::ledger::{self, Columns};
+use super::picture::Wanted;
 use super::record::Record;
 use super::runs::{self, FoundRuns};
 use super::sheet::{self, Sheet};
@@ -17,7 +18,7 @@ use crate::run::{Error, Result};
 const TEMPLATE: &str = include_str!("page/page.html");
 const STYLE: &str = include_str!("page/style.css");
 /// In the order in which they are run.
-const SCRIPT: [&str; 11] = [
+const SCRIPT: [&str; 12] = [
     include_str!("page/data.js"),
     include_str!("page/colour.js"),
     include_str!("page/camera.js"),
@@ -28,6 +29,7 @@ const SCRIPT: [&str; 11] = [
     include_str!("page/curves.js"),
     include_str!("page/record.js"),
     include_str!("page/figures.js"),
+    include_str!("page/picture.js"),
     include_str!("page/main.js"),
 ];
 const GENERATOR: &str = concat!("rumple ", env!("CARGO_PKG_VERSION"));
@@ -38,6 +40,8 @@ struct PageData<'a> {
     title: &'a str,
     /// What a study shows, as it wrote it.
     study: Option<Value>,
+    /// Pictures that are wanted in place of the page.
+    pictures: Option<&'a Wanted<'a>>,
     members: Vec<RunData>,
 }
 
@@ -53,7 +57,12 @@ struct RunData {
 
 /// Makes the page of the runs `found` in `root`. What cannot be read of a member of a study is a warning, unless no
 /// member has a sheet.
-pub(super) fn of(root: &Path, found: &FoundRuns, options: Options) -> Result<Page> {
+pub(super) fn of(
+    root: &Path,
+    found: &FoundRuns,
+    options: Options,
+    pictures: Option<&Wanted<'_>>,
+) -> Result<Page> {
     let mut blocks = Blocks::default();
     let runs = &found.runs;
     let members = runs.iter().map(|(name, directory)| member(name, directory, found, &mut blocks));
@@ -64,7 +73,7 @@ pub(super) fn of(root: &Path, found: &FoundRuns, options: Options) -> Result<Pag
         |error| Error::Refused(format!("{}: is not what a study writes: {error}", plots.display()));
     let study =
         text_of(&plots)?.map(|text| serde_json::from_str(&text)).transpose().map_err(wrong)?;
-    let mut data = PageData { title: &title, study, members };
+    let mut data = PageData { title: &title, study, pictures, members };
     // Sheets get what the rest leaves.
     let rest = document(&data, "", blocks.html()).len();
     let left = options.bytes.saturating_sub(rest) / runs.len().max(1);

@@ -1,5 +1,6 @@
 //! The viewer of results: its data against the frames, its size, what is refused.
 
+mod picture;
 mod refused;
 mod studies;
 

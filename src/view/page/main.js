@@ -4,7 +4,7 @@ let viewers = [];
 let waiting = false;
 let timer = null;
 /** Milliseconds from frame to frame. */
-const PACE = 120;
+const pace = () => 1000 / element("speed").value;
 
 /** Draws with the next picture of the screen. */
 function redraw() {
@@ -35,8 +35,13 @@ function go(step) {
 function play() {
   const playing = timer === null;
   if (playing) {
-    if (state.step === times.length - 1) go(0);
-    timer = setInterval(() => (state.step === times.length - 1 ? play() : go(state.step + 1)), PACE);
+    const last = () => state.step === times.length - 1;
+    const next = () => {
+      if (last() && !element("loop").checked) play();
+      else go(last() ? 0 : state.step + 1);
+    };
+    if (last()) go(0);
+    timer = setInterval(next, pace());
   } else {
     clearInterval(timer);
     timer = null;
@@ -77,40 +82,6 @@ function setMap() {
   context.putImageData(new ImageData(new Uint8ClampedArray(map), 256, 1), 0, 0);
 }
 
-/** The pictures with names, time and colour bar, as one PNG. */
-function shot() {
-  draw();
-  const across = Math.ceil(Math.sqrt(viewers.length));
-  const [width, height] = [Math.max(...viewers.map(v => v.canvas.width)), Math.max(...viewers.map(v => v.canvas.height))];
-  const size = Math.max(14, Math.round(width / 50));
-  const line = viewers.length > 1 ? 1.6 * size : 0;
-  const picture = document.createElement("canvas");
-  picture.width = width * across;
-  const bottom = (height + line) * Math.ceil(viewers.length / across);
-  picture.height = bottom + 5 * size;
-  const context = picture.getContext("2d");
-  context.fillStyle = "#ffffff";
-  context.fillRect(0, 0, picture.width, picture.height);
-  context.fillStyle = "#1a1a1a";
-  context.font = `${size}px system-ui, sans-serif`;
-  viewers.forEach((viewer, i) => {
-    const [left, top] = [(i % across) * width, Math.floor(i / across) * (height + line)];
-    context.drawImage(viewer.canvas, left, top + line);
-    if (line) context.fillText(viewer.caption.textContent, left + size / 2, top + 1.1 * size);
-  });
-  const [left, room] = [size, picture.width - 2 * size];
-  context.fillText(`${element("bar-title").textContent}    ${element("clock").textContent}`, left, bottom + 1.2 * size);
-  context.drawImage(element("bar-colours"), left, bottom + 1.7 * size, room, size);
-  [...element("bar-ticks").children].forEach((tick, i) => {
-    context.textAlign = ["left", "center", "center", "center", "right"][i];
-    context.fillText(tick.textContent, left + (i / 4) * room, bottom + 3.9 * size);
-  });
-  const link = document.createElement("a");
-  link.download = `${about.title.replace(/[^\w.-]+/g, "-")}-${String(state.step).padStart(6, "0")}.png`;
-  link.href = picture.toDataURL("image/png");
-  link.click();
-}
-
 /** Fills a list of choices. */
 function fill(select, texts) {
   select.replaceChildren(...texts.map((text, i) => new Option(text, i)));
@@ -144,6 +115,9 @@ function connect() {
   element("next").addEventListener("click", () => go(state.step + 1));
   element("play").addEventListener("click", play);
   element("shot").addEventListener("click", shot);
+  element("movie").addEventListener("click", record);
+  // A player under way takes up the new speed.
+  element("speed").addEventListener("input", () => { if (timer !== null) [0, 1].forEach(play); });
   const buttons = { nearer: () => zoom(1.25), farther: () => zoom(0.8) };
   Object.entries(buttons).forEach(([id, act]) => element(id).addEventListener("click", () => { act(); redraw(); }));
   document.querySelectorAll("[data-view]").forEach(button => button.addEventListener("click", () => {
@@ -181,6 +155,19 @@ function start() {
   draw();
 }
 
+/** Writes what a program has asked for in place of the page. */
+function answer(wanted) {
+  const text = document.createElement("pre");
+  text.id = "pictures";
+  try {
+    start();
+    text.textContent = pictures(wanted).join("\n");
+  } catch (error) {
+    text.textContent = `error: ${error.message || error}`;
+  }
+  document.body.replaceChildren(text);
+}
+
 const all = drawn.length > 0 ? choices() : [];
 showStudy();
 showRecord();
@@ -190,6 +177,8 @@ element("logarithmic").addEventListener("input", drawCurves);
 drawCurves();
 if (drawn.length === 0) {
   element("view").replaceChildren(paragraph("No frames: this result directory has no sheet to be drawn."));
+} else if (about.pictures) {
+  answer(about.pictures);
 } else {
   try {
     start();

@@ -50,15 +50,18 @@ class Viewer {
     this.loaded = key;
   }
 
-  draw() {
+  /** Draws the sheet, `bare` without axes and probe. */
+  draw(bare = false) {
     this.load();
     const { member, canvas } = this;
     const matrix = this.matrix();
     const context = this.painter.draw(this.sheet, canvas, {
       matrix, eye: axes()[2], clip: clipOf(member), light: state.light, edges: state.edges,
     });
-    this.triad(context);
-    this.mark(context, matrix);
+    if (!bare) {
+      this.triad(context);
+      this.mark(context, matrix);
+    }
     const k = this.frame;
     const lines = members.length > 1 ? [member.name, `t = ${short(member.times[k])}`] : [];
     if (member.meta.status && member.meta.status !== "complete" && members.length > 1) lines.push(member.meta.status);

@@ -1,0 +1,377 @@
+//! Pictures and movies of results: the page draws them in a browser without a window.
+//!
+//! ```text
+//! page with what is wanted → browser --headless --dump-dom → a PNG a frame → PNG, GIF, or MP4 and WebM by ffmpeg
+//! ```
+
+use std::env;
+use std::ffi::OsStr;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
+use image::codecs::gif::{GifEncoder, Repeat};
+use image::{Delay, Frame, ImageError};
+use serde::{Deserialize, Serialize};
+
+use super::{Options, page, runs};
+use crate::output::{Inputs, ResultFile};
+use crate::run::{Error, Result};
+
+/// Names of browsers that take the options of Chromium.
+const BROWSERS: [&str; 7] = [
+    "chromium",
+    "chromium-browser",
+    "google-chrome",
+    "google-chrome-stable",
+    "chrome",
+    "microsoft-edge",
+    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+];
+/// Most bytes of the page of a picture: what a browser holds.
+const MOST_BYTES: usize = 300_000_000;
+/// Speed of the quantisation of colours of a GIF, 1 (best) to 30.
+const QUANTISATION: i32 = 10;
+
+/// How sheets are drawn.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Drawing {
+    /// The field that colours the sheet, with or without its unit; the first one if none is given.
+    pub field: Option<String>,
+    /// The range of the colours.
+    pub range: ColourRange,
+    /// `viridis`, `cividis` or `coolwarm`.
+    pub map: String,
+    /// From where.
+    pub view: View,
+    /// How near, 1 for the whole sheet.
+    pub zoom: f64,
+    /// Width and height of the picture of a sheet, without title and colour bar, pixels.
+    pub size: [u32; 2],
+    /// Text above.
+    pub title: String,
+    /// Whether edges are drawn.
+    pub edges: bool,
+    /// Whether the sheet is shaded.
+    pub light: bool,
+}
+
+impl Default for Drawing {
+    fn default() -> Self {
+        Self {
+            field: None,
+            range: ColourRange::All,
+            map: "viridis".to_owned(),
+            view: View::Named("oblique".to_owned()),
+            zoom: 1.0,
+            size: [1200, 800],
+            title: String::new(),
+            edges: false,
+            light: true,
+        }
+    }
+}
+
+impl Drawing {
+    /// That of a JSON object; what it does not have is the default.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] for a key or a value of another kind.
+    pub fn from_json(text: &str) -> Result<Self> {
+        serde_json::from_str(text).map_err(|error| Error::Refused(error.to_string()))
+    }
+
+    /// # Errors
+    /// [`Error::Refused`] for numbers and names that cannot be drawn with.
+    fn check(&self) -> Result<()> {
+        let refuse = |what: String| Err(Error::Refused(what));
+        let known = |what: &str, name: &str, names: &[&str]| match names.contains(&name) {
+            true => Ok(()),
+            false => Err(Error::Refused(format!("{what} {name:?}: expected {}", names.join(", ")))),
+        };
+        known("map", &self.map, &["viridis", "cividis", "coolwarm"])?;
+        match &self.view {
+            View::Named(name) => known(
+                "view",
+                name,
+                &["oblique", "top", "front", "side", "azimuth and elevation as -50,35"],
+            )?,
+            View::Angles([azimuth, elevation]) => {
+                if !(azimuth.is_finite() && elevation.abs() <= 90.0) {
+                    return refuse(
+                        "view: expected an azimuth and an elevation from -90 to 90 degrees".into(),
+                    );
+                }
+            }
+        }
+        if let ColourRange::Fixed([least, largest]) = self.range
+            && !(least.is_finite() && largest.is_finite() && least < largest)
+        {
+            return refuse(format!(
+                "range {least},{largest}: expected the least and the largest value"
+            ));
+        }
+        if !self.size.iter().all(|pixels| (80..=8192).contains(pixels)) {
+            return refuse(format!(
+                "size {:?}: expected width and height from 80 to 8192 pixels",
+                self.size
+            ));
+        }
+        if !(self.zoom > 0.0 && self.zoom <= 100.0) {
+            return refuse(format!("zoom {}: expected a factor above 0 and up to 100", self.zoom));
+        }
+        Ok(())
+    }
+}
+
+/// The range of colours.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ColourRange {
+    /// Over all frames.
+    All,
+    /// Of each frame.
+    Frame,
+    /// From the one to the other.
+    #[serde(untagged)]
+    Fixed([f64; 2]),
+}
+
+/// A direction to look from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum View {
+    /// `oblique`, `top`, `front` or `side`.
+    Named(String),
+    /// Azimuth and elevation, degrees.
+    Angles([f64; 2]),
+}
+
+/// What the page is asked for.
+#[derive(Debug, Serialize)]
+pub(super) struct Wanted<'a> {
+    #[serde(flatten)]
+    drawing: &'a Drawing,
+    movie: bool,
+    time: Option<f64>,
+}
+
+/// Draws the results in `root` at the frame nearest to `time`, or the last one, into the PNG file `path`; the time of the
+/// frame.
+///
+/// # Errors
+/// As [`super::page`]; [`Error::Refused`] without a browser, for a field that no frame has, and where `path` exists already
+/// unless `force`.
+pub fn picture(
+    (root, path, force): (&Path, &Path, bool),
+    drawing: &Drawing,
+    time: Option<f64>,
+) -> Result<f64> {
+    drawing.check()?;
+    extension(path, &["png"])?;
+    let file = ResultFile::new(path, force, &Inputs::default())?;
+    let frames = u16::MAX.into();
+    let wanted = Wanted { drawing, movie: false, time };
+    let (time, png) = drawn(root, path, frames, &wanted)?.remove(0);
+    file.write(|writer| writer.write_all(&png))?;
+    Ok(time)
+}
+
+/// Draws at most `frames` frames of the results in `root`, `rate` a second, into the GIF, MP4 or WebM file `path`; how many.
+///
+/// # Errors
+/// As [`picture`]; and [`Error::Refused`] where MP4 or WebM is asked for without ffmpeg.
+pub fn movie(
+    (root, path, force): (&Path, &Path, bool),
+    drawing: &Drawing,
+    (frames, rate): (usize, f64),
+) -> Result<usize> {
+    drawing.check()?;
+    if !(0.1..=60.0).contains(&rate) {
+        return Err(Error::Refused(format!(
+            "rate {rate}: expected frames a second from 0.1 to 60"
+        )));
+    }
+    let kind = extension(path, &["gif", "mp4", "webm"])?;
+    let file = ResultFile::new(path, force, &Inputs::default())?;
+    if kind != "gif" {
+        ffmpeg(kind)?;
+    }
+    let wanted = Wanted { drawing, movie: true, time: None };
+    let pictures = drawn(root, path, frames, &wanted)?;
+    let bytes = match kind {
+        "gif" => gif(&pictures, rate).map_err(|error| refused(path, &error.to_string()))?,
+        _ => encoded(&pictures, rate, (path, kind))?,
+    };
+    file.write(|writer| writer.write_all(&bytes))?;
+    Ok(pictures.len())
+}
+
+fn refused(path: &Path, what: &str) -> Error {
+    Error::Refused(format!("{}: {what}", path.display()))
+}
+
+/// The extension of `path`, one of `known`.
+fn extension(path: &Path, known: &[&'static str]) -> Result<&'static str> {
+    let given = path.extension().and_then(OsStr::to_str).unwrap_or_default();
+    known.iter().copied().find(|known| given.eq_ignore_ascii_case(known)).ok_or_else(|| {
+        let known: Vec<_> = known.iter().map(|name| format!(".{name}")).collect();
+        refused(path, &format!("expected the name of a file that ends in {}", known.join(", ")))
+    })
+}
+
+/// Times and PNG files of what is `wanted`, by a browser that works beside the file `out`.
+fn drawn(
+    root: &Path,
+    out: &Path,
+    frames: usize,
+    wanted: &Wanted<'_>,
+) -> Result<Vec<(f64, Vec<u8>)>> {
+    let browser = browser()?;
+    let options = Options { frames, bytes: MOST_BYTES };
+    let page = page::of(root, &runs::find(root)?, options, Some(wanted))?;
+    if page.runs == 0 {
+        return Err(refused(root, "has no frames"));
+    }
+    // Browsers in a sandbox of their own see neither /tmp nor hidden folders.
+    let beside = std::path::absolute(out).ok().and_then(|path| path.parent().map(Path::to_owned));
+    let beside = beside.unwrap_or_else(env::temp_dir);
+    let failed = |error: std::io::Error| refused(&beside, &error.to_string());
+    let folder = tempfile::Builder::new().prefix("rumple-picture-").tempdir_in(&beside);
+    let folder = folder.map_err(failed)?;
+    let file = folder.path().join("page.html");
+    fs::write(&file, &page.html).map_err(failed)?;
+    let mut command = Command::new(&browser);
+    command.args([
+        "--headless",
+        "--disable-dev-shm-usage",
+        "--no-first-run",
+        "--use-angle=swiftshader",
+    ]);
+    command.args(["--enable-unsafe-swiftshader", "--dump-dom"]);
+    // Chromium's sandbox refuses to run as root.
+    #[cfg(unix)]
+    if rustix::process::geteuid().is_root() {
+        command.arg("--no-sandbox");
+    }
+    command.arg(format!("--user-data-dir={}", folder.path().join("profile").display()));
+    command.arg(format!("file://{}", file.display()));
+    let output = command
+        .stdin(Stdio::null())
+        .output()
+        .map_err(|error| refused(&browser, &error.to_string()))?;
+    let text = String::from_utf8_lossy(&output.stdout);
+    let answer =
+        text.split("<pre id=\"pictures\">").nth(1).and_then(|rest| rest.split("</pre>").next());
+    let Some(answer) = answer else {
+        let said = String::from_utf8_lossy(&output.stderr);
+        let last = said.lines().last().unwrap_or("it says nothing");
+        return Err(refused(&browser, &format!("drew nothing ({}): {last}", output.status)));
+    };
+    if let Some(error) = answer.strip_prefix("error: ") {
+        let plain = error.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&");
+        return Err(refused(root, &plain));
+    }
+    let line = |line: &str| {
+        let (time, url) = line.split_once(' ')?;
+        let png = BASE64_STANDARD.decode(url.strip_prefix("data:image/png;base64,")?).ok()?;
+        Some((time.parse().ok()?, png))
+    };
+    let all: Option<Vec<_>> = answer.lines().map(line).collect();
+    all.filter(|all| !all.is_empty())
+        .ok_or_else(|| refused(&browser, "drew a picture that is cut off"))
+}
+
+/// A browser that draws without a window.
+fn browser() -> Result<PathBuf> {
+    if let Some(named) = env::var_os("RUMPLE_BROWSER").filter(|name| !name.is_empty()) {
+        return Ok(named.into());
+    }
+    BROWSERS.iter().find_map(|name| in_path(name)).ok_or_else(|| {
+        Error::Refused(
+            "no browser draws the pictures: install Chromium or Chrome, or name one in RUMPLE_BROWSER; without one, \
+             `rumple paraview DIR` writes a macro by which ParaView draws"
+                .to_owned(),
+        )
+    })
+}
+
+/// The program of this name.
+fn in_path(name: &str) -> Option<PathBuf> {
+    let name = Path::new(name);
+    if name.is_absolute() {
+        return name.is_file().then(|| name.to_owned());
+    }
+    env::split_paths(&env::var_os("PATH")?)
+        .map(|folder| folder.join(name))
+        .find(|path| path.is_file())
+}
+
+/// The program that encodes movies of this `kind`.
+fn ffmpeg(kind: &str) -> Result<PathBuf> {
+    let named = env::var_os("RUMPLE_FFMPEG").filter(|name| !name.is_empty()).map(PathBuf::from);
+    named.or_else(|| in_path("ffmpeg")).ok_or_else(|| {
+        Error::Refused(format!(
+            ".{kind} is encoded by ffmpeg, which is not found: install it, or name it in RUMPLE_FFMPEG; .gif needs none"
+        ))
+    })
+}
+
+/// An animation that is repeated without end.
+fn gif(pictures: &[(f64, Vec<u8>)], rate: f64) -> std::result::Result<Vec<u8>, ImageError> {
+    let mut bytes = Vec::new();
+    let mut encoder = GifEncoder::new_with_speed(&mut bytes, QUANTISATION);
+    encoder.set_repeat(Repeat::Infinite)?;
+    let delay = Delay::from_saturating_duration(std::time::Duration::from_secs_f64(1.0 / rate));
+    for (_, png) in pictures {
+        let picture = image::load_from_memory(png)?.into_rgba8();
+        encoder.encode_frame(Frame::from_parts(picture, 0, 0, delay))?;
+    }
+    drop(encoder);
+    Ok(bytes)
+}
+
+/// A movie by ffmpeg.
+fn encoded(pictures: &[(f64, Vec<u8>)], rate: f64, (path, kind): (&Path, &str)) -> Result<Vec<u8>> {
+    let program = ffmpeg(kind)?;
+    let failed = |error: std::io::Error| refused(&program, &error.to_string());
+    let folder = tempfile::tempdir().map_err(failed)?;
+    let out = folder.path().join("movie").with_extension(kind);
+    let codec: &[&str] = match kind {
+        "mp4" => &["libx264", "-crf", "18", "-movflags", "+faststart"],
+        _ => &["libvpx-vp9", "-crf", "24", "-b:v", "0"],
+    };
+    let mut child = Command::new(&program)
+        .args([
+            "-loglevel",
+            "error",
+            "-f",
+            "image2pipe",
+            "-c:v",
+            "png",
+            "-framerate",
+            &rate.to_string(),
+        ])
+        .args(["-i", "-", "-pix_fmt", "yuv420p", "-c:v"])
+        .args(codec)
+        .arg(&out)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(failed)?;
+    if let Some(mut pipe) = child.stdin.take() {
+        // A program that ends early says why.
+        let _ = pictures.iter().try_for_each(|(_, png)| pipe.write_all(png));
+    }
+    let output = child.wait_with_output().map_err(failed)?;
+    if !output.status.success() {
+        let said = String::from_utf8_lossy(&output.stderr);
+        return Err(refused(path, &format!("ffmpeg failed ({}): {}", output.status, said.trim())));
+    }
+    fs::read(&out).map_err(failed)
+}

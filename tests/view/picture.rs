@@ -1,0 +1,139 @@
+//! Pictures and movies, by programs that stand in for browser and ffmpeg; `tests/scripts/view.sh` has the real browser.
+
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD as BASE64;
+use image::codecs::gif::GifDecoder;
+use image::{AnimationDecoder, ImageFormat, Rgba, RgbaImage};
+
+use super::{done, scene};
+use crate::plugins::build;
+use crate::run::program::{folder, program, text};
+
+/// A program of its own, made of the lines of a shell.
+fn script(path: PathBuf, lines: &str) -> PathBuf {
+    fs::write(&path, format!("#!/bin/sh\n{lines}\n")).unwrap();
+    fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
+    path
+}
+
+/// A browser that answers as the page does, and keeps the page that it is given.
+fn browser(folder: &Path, answer: &str) -> PathBuf {
+    let page = format!("<html><body><pre id=\"pictures\">{answer}</pre></body></html>");
+    fs::write(folder.join("answer.html"), page).unwrap();
+    let (answer, page) = (folder.join("answer.html"), folder.join("page.html"));
+    let lines = format!(
+        "for last; do :; done\ncp \"${{last#file://}}\" '{}'\ncat '{}'",
+        page.display(),
+        answer.display()
+    );
+    script(folder.join("browser"), &lines)
+}
+
+/// A square of one colour as the page hands it over.
+fn square(time: f64, colour: [u8; 4]) -> String {
+    let mut png = std::io::Cursor::new(Vec::new());
+    RgbaImage::from_pixel(8, 8, Rgba(colour)).write_to(&mut png, ImageFormat::Png).unwrap();
+    format!("{time} data:image/png;base64,{}", BASE64.encode(png.into_inner()))
+}
+
+fn draw(folder: &Path, args: &[&str]) -> Output {
+    Command::new(program())
+        .current_dir(folder)
+        .env("RUMPLE_PLUGIN_PATH", build::directory())
+        .env("RUMPLE_BROWSER", folder.join("browser"))
+        .env("RUMPLE_FFMPEG", folder.join("ffmpeg"))
+        .args(args)
+        .output()
+        .unwrap()
+}
+
+#[test]
+fn pictures_and_movies_are_what_the_page_draws() {
+    let folder = folder(&scene());
+    let folder = folder.path();
+    done(folder, &["run", "scene.toml", "--out", "out", "--quiet"]);
+    let (red, blue) = ([255, 0, 0, 255], [0, 0, 255, 255]);
+    browser(folder, &square(0.05, red));
+    let drawn = draw(folder, &["picture", "out", "--field", "c", "--range=-1,2", "--view=-50,35"]);
+    assert!(drawn.status.success(), "{}", text(&drawn.stderr));
+    assert_eq!(text(&drawn.stdout), "out/picture.png: time 0.05\n");
+    let png = image::open(folder.join("out/picture.png")).unwrap().into_rgba8();
+    assert!(png.dimensions() == (8, 8) && png.pixels().all(|pixel| pixel.0 == red));
+    // What the page was asked for.
+    let page = fs::read_to_string(folder.join("page.html")).unwrap();
+    let wanted = "\"pictures\":{\"field\":\"c\",\"range\":[-1.0,2.0],\"map\":\"viridis\",\"view\":[-50.0,35.0]";
+    assert!(page.contains(wanted), "{}", &page[page.find("\"pictures\":").unwrap()..][..200]);
+
+    browser(folder, &format!("{}\n{}", square(0.0, red), square(0.05, blue)));
+    let drawn = draw(folder, &["movie", "out", "--rate", "4"]);
+    assert_eq!(text(&drawn.stdout), "out/movie.gif: 2 frames\n", "{}", text(&drawn.stderr));
+    let gif = std::io::BufReader::new(fs::File::open(folder.join("out/movie.gif")).unwrap());
+    let frames = GifDecoder::new(gif).unwrap().into_frames().collect_frames().unwrap();
+    let colours: Vec<[u8; 4]> = frames.iter().map(|frame| frame.buffer()[(3, 3)].0).collect();
+    assert_eq!(colours, [red, blue]);
+    assert_eq!(frames[0].delay().numer_denom_ms(), (250, 1));
+
+    // ffmpeg reads the pictures one after another, and writes the file that its last argument names.
+    script(folder.join("ffmpeg"), "for last; do :; done\ncat > \"$last\"");
+    let drawn = draw(folder, &["movie", "out", "-o", "m.mp4"]);
+    assert!(drawn.status.success(), "{}", text(&drawn.stderr));
+    let first = image::load_from_memory(&fs::read(folder.join("m.mp4")).unwrap()).unwrap();
+    assert_eq!(first.into_rgba8()[(3, 3)].0, red);
+    // Nothing is left beside the results.
+    assert!(!fs::read_dir(folder).unwrap().any(|entry| {
+        entry.unwrap().file_name().to_string_lossy().starts_with("rumple-picture")
+    }));
+}
+
+#[test]
+fn pictures_that_cannot_be_drawn_are_refused() {
+    let folder = folder(&scene());
+    let folder = folder.path();
+    done(folder, &["run", "scene.toml", "--out", "out", "--quiet"]);
+    browser(folder, "error: no field \"d\"; there are: c &lt;1&gt;");
+    script(folder.join("ffmpeg"), "echo no codec >&2; exit 3");
+    fs::write(folder.join("there.png"), "mine").unwrap();
+    let cases: [(&[&str], &[&str]); 13] = [
+        (&["picture", "out", "--field", "d"], &["out: no field \"d\"; there are: c <1>"]),
+        (&["picture", "none"], &["none"]),
+        (&["picture", "out", "-o", "there.png"], &["there.png", "--force"]),
+        (&["picture", "out", "-o", "p.jpg"], &["p.jpg", ".png"]),
+        (&["movie", "out", "-o", "m.avi"], &["m.avi", ".gif, .mp4, .webm"]),
+        (&["picture", "out", "--size", "20x40"], &["size", "80 to 8192"]),
+        (&["picture", "out", "--size", "big"], &["--size", "1200x800"]),
+        (&["picture", "out", "--view", "below"], &["view \"below\"", "oblique", "-50,35"]),
+        (&["picture", "out", "--view=0,91"], &["-90 to 90"]),
+        (&["picture", "out", "--range", "2,1"], &["range 2,1"]),
+        (&["picture", "out", "--map", "jet"], &["map \"jet\"", "coolwarm"]),
+        (&["picture", "out", "--zoom", "0"], &["zoom 0"]),
+        (&["movie", "out", "--rate", "0"], &["rate 0"]),
+    ];
+    for (args, parts) in cases {
+        let drawn = draw(folder, args);
+        let message = text(&drawn.stderr);
+        assert_eq!(drawn.status.code(), Some(2), "{args:?}: {message}");
+        parts.iter().for_each(|part| assert!(message.contains(part), "{args:?}: {message}"));
+    }
+    assert_eq!(fs::read_to_string(folder.join("there.png")).unwrap(), "mine");
+
+    browser(folder, &square(0.0, [0, 0, 0, 255]));
+    let message = text(&draw(folder, &["movie", "out", "-o", "m.webm"]).stderr);
+    assert!(message.contains("ffmpeg failed (exit status: 3): no codec"), "{message}");
+    assert!(!folder.join("m.webm").exists());
+    script(folder.join("browser"), "echo no display >&2; exit 1");
+    let message = text(&draw(folder, &["picture", "out"]).stderr);
+    assert!(message.contains("drew nothing (exit status: 1): no display"), "{message}");
+    let alone = Command::new(program())
+        .current_dir(folder)
+        .env_remove("RUMPLE_BROWSER")
+        .env("PATH", folder.join("none"))
+        .args(["picture", "out"])
+        .output()
+        .unwrap();
+    assert!(text(&alone.stderr).contains("rumple paraview"), "{}", text(&alone.stderr));
+}
