@@ -9,7 +9,7 @@
 
 `Simulation` steps a scene and is asked for positions, species, energies and fields; `Law` is a law written in
 Python; `scene` makes a scene of keyword arguments. `run` writes a result directory, `resume` continues it, `read` opens it. `sweep`, `accuracy` and `compare` make
-many runs of a scene and return tables. Everything that can go wrong is an `Error`.
+many runs of a scene and return tables. Everything that can go wrong is an `Error`: a `SceneError`, `LawError`, `SolverError` or `FileError`.
 """
 
 from __future__ import annotations
@@ -20,9 +20,13 @@ from typing import Any
 from ._rumple import (
     Batch,
     Error,
+    FileError,
     Law,
+    LawError,
     Scene,
+    SceneError,
     Simulation,
+    SolverError,
     Species,
     State,
     Step,
@@ -38,12 +42,16 @@ from .studies import accuracy, compare, sweep
 __all__ = [
     "Batch",
     "Error",
+    "FileError",
     "Frame",
     "Frames",
     "Law",
+    "LawError",
     "Results",
     "Scene",
+    "SceneError",
     "Simulation",
+    "SolverError",
     "Species",
     "State",
     "Step",

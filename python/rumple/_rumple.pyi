@@ -20,6 +20,24 @@ class Error(Exception):
     An exception of a law written in Python is its `__cause__`.
     """
 
+    path: Optional[str]
+    line: Optional[int]
+    column: Optional[int]
+    time: Optional[float]
+    folder: Optional[Path]
+
+class SceneError(Error):
+    """A scene is wrong: `path`, `line`, `column`."""
+
+class LawError(Error):
+    """A law cannot be loaded, or one of its calls failed."""
+
+class SolverError(Error):
+    """A solver stopped without a result; of a run `time` and `folder`."""
+
+class FileError(Error):
+    """A mesh, a state or a result cannot be read or written."""
+
 @final
 class Scene:
     """A checked scene; made by `load`, `parse` and `rumple.scene`."""
@@ -86,6 +104,7 @@ def run(
     observe: Optional[Callable[[State], Any]],
     law: Optional[Law],
     plugins: Union[_Path, Sequence[_Path], None],
+    threads: int,
 ) -> Path:
     """Runs a scene and writes its results; the directory."""
 
@@ -95,6 +114,7 @@ def resume(
     observe: Optional[Callable[[State], Any]],
     law: Optional[Law],
     plugins: Union[_Path, Sequence[_Path], None],
+    threads: int,
 ) -> Path:
     """Continues the run in a directory; the directory."""
 

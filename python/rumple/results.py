@@ -57,6 +57,32 @@ class Results:
         files = os.listdir(folder) if folder.is_dir() else []
         return Frames(folder / name for name in sorted(files) if name.endswith(".vtu"))
 
+    def to_xarray(self) -> Any:
+        """All frames as a Dataset of xarray: `position` (time, vertex, axis), every field over time and vertex or triangle, with
+        its unit in `attrs["units"]`, and the triangles."""
+        try:
+            import xarray
+        except ImportError as error:
+            raise Error("xarray is not installed: pip install xarray") from error
+        frames = list(self.frames)
+        if not frames:
+            raise Error(f"{self.directory} has no frames")
+
+        def stacked(pick: Any, place: str) -> dict[str, Any]:
+            names = [name for name in pick(frames[0]) if all(name in pick(frame) for frame in frames)]
+            return {name: _variable([pick(frame)[name] for frame in frames], name, place) for name in names}
+
+        fields = stacked(lambda frame: frame.fields, "vertex")
+        # A field may live in both places.
+        for name, (dims, *rest) in stacked(lambda frame: frame.cell_fields, "triangle").items():
+            fields[f"{name} of triangles" if name in fields else name] = (dims, *rest)
+        points = numpy.stack([frame.points for frame in frames])
+        data = {name.split(" [")[0]: variable for name, variable in fields.items()}
+        data["position"] = (("time", "vertex", "axis"), points, {"units": "length"})
+        data["triangles"] = (("triangle", "corner"), frames[0].triangles)
+        times = [float(k) if frame.time is None else frame.time for k, frame in enumerate(frames)]
+        return xarray.Dataset(data, coords={"time": times, "axis": ["x", "y", "z"]})
+
     def show(self, height: int = 600) -> Any:
         """Shows the viewer of the results, the file `report.html`: within a notebook, or else in a browser.
 
@@ -97,6 +123,14 @@ class Results:
         """
         draw((self.directory, Path(path), force), json.dumps(drawing), None, (frames, rate))
         return _shown("Image" if Path(path).suffix.lower() == ".gif" else "Video", path)
+
+    def _repr_html_(self) -> str:
+        status = self.status
+        about = [("status", f"{status.get('status', 'unknown')}: {status.get('reason', '')}"), ("frames", len(self.frames))]
+        about += [(name, status[name]) for name in ("time", "cpu_seconds", "peak_resident_bytes") if name in status]
+        about += [("note", note) for note in status.get("notes", [])]
+        rows = "".join(f"<tr><th>{name}</th><td>{html.escape(str(value))}</td></tr>" for name, value in about)
+        return f"<table><caption>{html.escape(str(self.directory))}</caption>{rows}</table>"
 
     def __repr__(self) -> str:
         return f"<rumple.Results {self.directory}, {len(self.frames)} frames>"
@@ -144,6 +178,14 @@ class Frame:
 
     def __repr__(self) -> str:
         return f"<rumple.Frame {self.path.name} at time {self.time}>"
+
+
+def _variable(frames: list[Any], name: str, place: str) -> tuple[Any, ...]:
+    """A field of all frames as xarray takes it."""
+    values = numpy.stack(frames)
+    dims = ("time", place) if values.ndim == 2 else ("time", place, "axis" if values.shape[2] == 3 else f"{name} component")
+    unit = name.split(" [")[1].rstrip("]") if " [" in name else ""
+    return dims, values, {"units": unit}
 
 
 def _shown(kind: str, path: str | os.PathLike[str]) -> Any:

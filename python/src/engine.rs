@@ -12,7 +12,67 @@ use pyo3::prelude::*;
 use rumple::output::Interrupt;
 use rumple::solve::Control;
 
-create_exception!(rumple, Error, PyException, "Anything that can go wrong in the engine.");
+create_exception!(
+    rumple,
+    Error,
+    PyException,
+    "Anything that can go wrong. `path`, `line` and `column` are the place in a scene, `time` is that of a run that stopped and \
+     `folder` its failure report; None where they do not apply."
+);
+create_exception!(rumple, SceneError, Error, "A scene is wrong: `path`, `line`, `column`.");
+create_exception!(rumple, LawError, Error, "A law cannot be loaded, or one of its calls failed.");
+create_exception!(
+    rumple,
+    SolverError,
+    Error,
+    "A solver stopped without a result; of a run `time` and `folder`."
+);
+create_exception!(
+    rumple,
+    FileError,
+    Error,
+    "A mesh, a state or a result cannot be read or written."
+);
+
+/// Adds the exceptions to the module.
+pub(crate) fn add_errors(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    let py = module.py();
+    let error = py.get_type::<Error>();
+    for attribute in ["path", "line", "column", "time", "folder"] {
+        error.setattr(attribute, py.None())?;
+    }
+    module.add("Error", error)?;
+    module.add("SceneError", py.get_type::<SceneError>())?;
+    module.add("LawError", py.get_type::<LawError>())?;
+    module.add("SolverError", py.get_type::<SolverError>())?;
+    module.add("FileError", py.get_type::<FileError>())
+}
+
+/// An exception of the class of `error`, with its place.
+fn of_class(py: Python<'_>, error: &rumple::Error, text: String) -> PyResult<PyErr> {
+    Ok(match error {
+        rumple::Error::Scene(scene) => {
+            let raised = SceneError::new_err(text);
+            let value = raised.value(py);
+            value.setattr("path", scene.origin())?;
+            if let Some((line, column)) = scene.position() {
+                value.setattr("line", line)?;
+                value.setattr("column", column)?;
+            }
+            raised
+        }
+        rumple::Error::Stopped(failure) => {
+            let raised = of_class(py, &failure.error, text)?;
+            raised.value(py).setattr("time", failure.time)?;
+            raised.value(py).setattr("folder", &failure.folder)?;
+            raised
+        }
+        rumple::Error::Kinetics(_) => LawError::new_err(text),
+        rumple::Error::Solve(_) | rumple::Error::Broken(_) => SolverError::new_err(text),
+        rumple::Error::Sheet(_) | rumple::Error::Output(_) => FileError::new_err(text),
+        _ => Error::new_err(text),
+    })
+}
 
 /// Signals are asked for no more often: every time takes the interpreter's lock.
 const SIGNAL_INTERVAL: Duration = Duration::from_millis(50);
@@ -70,19 +130,19 @@ impl Pending {
         Control::new(interrupted, |_| ())
     }
 
-    /// Does `work` in a thread of its own, while this one lets handlers of signals run; one that raises an exception
-    /// asks `interrupt` to end the work, whose result is then that exception.
+    /// Does `work` in a thread of its own, with so many for its loops (0: all), while this one lets handlers of signals run;
+    /// one that raises an exception asks `interrupt` to end the work, whose result is then that exception.
     pub(crate) fn attend<R: Send>(
         &self,
         py: Python<'_>,
-        interrupt: Interrupt,
+        (interrupt, threads): (Interrupt, usize),
         work: impl FnOnce() -> rumple::Result<R> + Send,
     ) -> PyResult<R> {
         self.call(py, &mut false, || {
             thread::scope(|scope| {
                 let (end, ended) = mpsc::channel::<()>();
                 let worker = move || {
-                    let done = work();
+                    let done = with_threads(threads, work);
                     drop(end);
                     done
                 };
@@ -130,6 +190,19 @@ impl Pending {
     }
 }
 
+/// Does `work` with so many threads; 0 for those that all calls share.
+fn with_threads<R: Send>(
+    threads: usize,
+    work: impl FnOnce() -> rumple::Result<R> + Send,
+) -> rumple::Result<R> {
+    if threads == 0 {
+        return work();
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK_BYTES).build();
+    let refuse = |error| rumple::Error::Refused(format!("{threads} threads: {error}"));
+    pool.map_err(refuse)?.install(work)
+}
+
 /// Does `work` outside of any simulation.
 pub(crate) fn call<R: Send>(
     py: Python<'_>,
@@ -160,7 +233,7 @@ fn raised(py: Python<'_>, error: &rumple::Error, cause: Option<PyErr>) -> PyErr 
         other => other.to_string(),
     };
     let text = PYTHON_NAMES.iter().fold(text, |text, (there, here)| text.replace(there, here));
-    let raised = Error::new_err(text.trim_end().to_owned());
+    let raised = of_class(py, error, text.trim_end().to_owned()).unwrap_or_else(|error| error);
     raised.set_cause(py, cause);
     raised
 }

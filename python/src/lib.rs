@@ -24,7 +24,7 @@ use pyo3::prelude::*;
 #[pymodule]
 fn _rumple(module: &Bound<'_, PyModule>) -> PyResult<()> {
     plugins::remember_package(module.py())?;
-    module.add("Error", module.py().get_type::<engine::Error>())?;
+    engine::add_errors(module)?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<law::Law>()?;
     module.add_class::<law::Batch>()?;

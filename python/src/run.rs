@@ -110,11 +110,12 @@ impl Observer for Shown {
 struct Attended {
     pending: Pending,
     interrupt: Interrupt,
+    threads: usize,
     shown: Option<Shown>,
 }
 
 impl Attended {
-    fn new(observe: Option<Py<PyAny>>) -> Self {
+    fn new(observe: Option<Py<PyAny>>, threads: usize) -> Self {
         let (pending, interrupt) = (Pending::default(), Interrupt::of_one_run());
         let shown = observe.map(|observe| Shown {
             observe,
@@ -122,7 +123,7 @@ impl Attended {
             raised: pending.signal.clone(),
             interrupt,
         });
-        Self { pending, interrupt, shown }
+        Self { pending, interrupt, threads, shown }
     }
 
     /// Does `work`, which is given the interrupt and the observers, and writes the viewer beside its results in the
@@ -133,9 +134,9 @@ impl Attended {
         work: impl FnOnce(Interrupt, &mut [&mut dyn Observer], &mut Reached) -> rumple::Result<()>
         + Send,
     ) -> PyResult<PathBuf> {
-        let Self { pending, interrupt, mut shown } = self;
+        let Self { pending, interrupt, threads, mut shown } = self;
         let mut reached = Reached::default();
-        let done = pending.attend(py, interrupt, || {
+        let done = pending.attend(py, (interrupt, threads), || {
             let mut others: Vec<&mut dyn Observer> = Vec::new();
             others.extend(shown.as_mut().map(|shown| -> &mut dyn Observer { shown }));
             let done = work(interrupt, &mut others, &mut reached);
@@ -176,7 +177,7 @@ pub(crate) fn full(path: &Path) -> rumple::Result<PathBuf> {
 
 /// Runs a scene and writes its results; the directory.
 #[pyfunction]
-#[pyo3(signature = (scene, out, state, force, observe, law, plugins))]
+#[pyo3(signature = (scene, out, state, force, observe, law, plugins, threads))]
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn run(
     py: Python<'_>,
@@ -187,8 +188,9 @@ pub(crate) fn run(
     observe: Option<Py<PyAny>>,
     law: Option<&Law>,
     plugins: Option<Plugins>,
+    threads: u16,
 ) -> PyResult<PathBuf> {
-    let attended = Attended::new(observe);
+    let attended = Attended::new(observe, threads.into());
     let law = scene.host_law(law, &attended.pending.law);
     let scene = Arc::clone(&scene.checked);
     attended.run(py, move |interrupt, others, reached| {
@@ -217,7 +219,8 @@ pub(crate) fn run(
 
 /// Continues the run in a directory; the directory.
 #[pyfunction]
-#[pyo3(signature = (directory, changes, observe, law, plugins))]
+#[pyo3(signature = (directory, changes, observe, law, plugins, threads))]
+#[allow(clippy::too_many_arguments)]
 pub(crate) fn resume(
     py: Python<'_>,
     directory: PathBuf,
@@ -225,9 +228,10 @@ pub(crate) fn resume(
     observe: Option<Py<PyAny>>,
     law: Option<&Law>,
     plugins: Option<Plugins>,
+    threads: u16,
 ) -> PyResult<PathBuf> {
     let changes = overrides::texts(Some(changes))?;
-    let attended = Attended::new(observe);
+    let attended = Attended::new(observe, threads.into());
     let law = law.map(|law| law.host_law(&attended.pending.law));
     attended.run(py, move |interrupt, others, reached| {
         let root = full(&directory)?;

@@ -101,6 +101,14 @@ impl Scene {
         engine::call(py, || Ok(self.checked.resolved()?))
     }
 
+    /// The resolved scene, folded, as a notebook shows it.
+    fn _repr_html_(&self, py: Python<'_>) -> PyResult<String> {
+        let escaped = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;");
+        let text = escaped(&self.resolved(py)?);
+        let name = escaped(self.checked.name());
+        Ok(format!("<details><summary>scene {name}</summary><pre>{text}</pre></details>"))
+    }
+
     fn __repr__(&self) -> String {
         format!("<rumple.Scene {}>", self.checked.name())
     }

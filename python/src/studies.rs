@@ -109,7 +109,7 @@ pub(crate) fn sweep(
     let over = overrides::axes(over)?;
     let (pending, interrupt) = (Pending::default(), Interrupt::of_one_run());
     let law = scene.host_law(None, &pending.law);
-    pending.attend(py, interrupt, || {
+    pending.attend(py, (interrupt, 0), || {
         let (file, set) = (scene.file()?, &scene.set);
         let mut axes = axes(&over)?;
         if let Some(count) = seeds {
@@ -184,7 +184,7 @@ pub(crate) fn accuracy(
     let over = overrides::axes(over)?;
     let (pending, interrupt) = (Pending::default(), Interrupt::of_one_run());
     let law = scene.host_law(None, &pending.law);
-    pending.attend(py, interrupt, || {
+    pending.attend(py, (interrupt, 0), || {
         let (file, set) = (scene.file()?, &scene.set);
         let (others, options) = (axes(&over)?, asked.options()?);
         let search = Plugins::search(how.plugins.as_ref()).with_law(law.clone());
@@ -208,7 +208,7 @@ pub(crate) fn compare(
 ) -> PyResult<Vec<String>> {
     let (pending, interrupt) = (Pending::default(), Interrupt::of_one_run());
     let law = scene.host_law(None, &pending.law);
-    pending.attend(py, interrupt, || {
+    pending.attend(py, (interrupt, 0), || {
         let search = Plugins::search(how.plugins.as_ref()).with_law(law.clone());
         let left_out = RefCell::new(Vec::new());
         let say = |text: &str| left_out.borrow_mut().push(text.to_owned());

@@ -16,6 +16,8 @@ def test_a_mistake_in_a_scene_has_its_place():
         rumple.parse(text, name="wrong.toml")
     message = str(caught.value)
     assert "wrong.toml:7" in message and "poisson" in message and "\x1b" not in message
+    assert isinstance(caught.value, rumple.SceneError)
+    assert (caught.value.path, caught.value.line) == ("wrong.toml", 7) and caught.value.column > 0
 
 
 def test_a_scene_that_is_not_there():
@@ -42,7 +44,7 @@ def test_a_panic_is_an_exception(capfd):
     assert "on purpose" in capfd.readouterr().err
 
 
-def test_a_step_that_blows_up_is_an_error():
+def test_a_step_that_blows_up_is_an_error(tmp_path):
     text = """
     sheet = { shape = "sphere", radius = 5.0, vertices = 100 }
     material = { young = 1e4, poisson = 0.3333333333333333, thickness = 0.1, drag = 0.1 }
@@ -54,6 +56,19 @@ def test_a_step_that_blows_up_is_an_error():
     time = { until = 1.0, policy = "simultaneous" }
     """
     sim = rumple.Simulation(rumple.parse(text))
-    with pytest.raises(rumple.Error, match="blow"):
+    with pytest.raises(rumple.SolverError, match="blow") as caught:
         sim.run()
+    assert caught.value.folder is None and caught.value.line is None
     assert 0.3 < sim.time < 1.0
+    with pytest.raises(rumple.SolverError, match="blow") as caught:
+        rumple.run(rumple.parse(text), tmp_path / "out")
+    assert 0.3 < caught.value.time < 1.0 and (caught.value.folder / "report.md").is_file()
+
+
+def test_errors_of_files_and_laws_have_classes_of_their_own(tmp_path):
+    mesh = tmp_path / "sheet.obj"
+    mesh.write_text("f 1 2 3\n")
+    with pytest.raises(rumple.FileError, match="sheet.obj"):
+        rumple.Simulation(rumple.load(DOME, {"sheet": {"file": str(mesh)}}))
+    with pytest.raises(rumple.LawError, match="no_such_law"):
+        rumple.Simulation(rumple.load(DOME, {"kinetics": {"plugin": "no_such_law"}}))

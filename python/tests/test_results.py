@@ -1,5 +1,6 @@
 """Results of the program."""
 
+import shutil
 import subprocess
 
 import pytest
@@ -56,3 +57,38 @@ def test_pyvista_gets_the_fields(sim):
     mesh = sim.to_pyvista()
     assert mesh.n_points == len(sim.positions) and mesh.n_cells == len(sim.triangles)
     assert (mesh.point_data["c"] == sim.species["c"]).all()
+
+
+def test_results_as_xarray(program, tmp_path):
+    pytest.importorskip("xarray")
+    subprocess.run([program, "run", DOME, "--out", tmp_path / "out", "--quiet"], check=True)
+    results = rumple.read(tmp_path / "out")
+    data = results.to_xarray()
+    last = results.frames[-1]
+    assert list(data.time) == [0.0, 0.25, 0.5, 0.75, 1.0]
+    assert (data.position.sel(time=1.0) == last.points).all()
+    assert (data.mean_curvature.isel(time=-1) == last.field("mean_curvature")).all()
+    assert data.mean_curvature.attrs["units"] == "1/length" and data.mean_curvature.dims == ("time", "vertex")
+    assert (data.triangles == last.triangles).all()
+
+
+def test_results_and_scenes_in_a_notebook(program, tmp_path):
+    subprocess.run([program, "run", DOME, "--out", tmp_path / "out", "--quiet"], check=True)
+    text = rumple.read(tmp_path / "out")._repr_html_()
+    assert "complete: the end time is reached" in text and "<th>frames</th><td>5</td>" in text
+    assert "until = 1.0" in rumple.load(DOME)._repr_html_()
+
+
+def test_pictures_and_movies(program, tmp_path):
+    subprocess.run([program, "run", DOME, "--out", tmp_path / "out", "--quiet"], check=True)
+    results = rumple.read(tmp_path / "out")
+    with pytest.raises(rumple.Error, match="unknown field `colour`"):
+        results.picture(tmp_path / "a.png", colour="c")
+    with pytest.raises(rumple.Error, match="80 to 8192"):
+        results.picture(tmp_path / "a.png", size=(2, 2))
+    if not any(map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))):
+        pytest.skip("no browser")
+    assert results.picture(tmp_path / "a.png", field="mean_curvature", range=(-0.1, 0.1)) == tmp_path / "a.png"
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+    results.movie(tmp_path / "a.gif", view=(-50, 35), size=(200, 160), title="dome")
+    assert (tmp_path / "a.gif").read_bytes().startswith(b"GIF89a")

@@ -1,8 +1,10 @@
 """Runs that write result directories."""
 
+import importlib.util
 import os
 import signal
 import subprocess
+import sys
 import threading
 import time
 
@@ -238,3 +240,24 @@ def test_a_run_starts_from_a_state(program, tmp_path):
     assert (results.frames[0].field("c") == first.frames[-1].field("c")).all()
     own, other = content(tmp_path / "b"), content(tmp_path / "a")
     assert [name for name in other if name != "ledger.csv" and own[name] != other[name]] == []
+
+
+def test_progress_is_shown_or_handed_over(tmp_path, capsys, monkeypatch):
+    seen = []
+    results = rumple.run(DOME, tmp_path / "out", progress=lambda share, state: seen.append((share, state.steps)), threads=1)
+    assert [steps for _, steps in seen] == list(range(1, len(seen) + 1))
+    assert seen[-1][0] == 1.0 and seen == sorted(seen)
+    two = rumple.run(DOME, tmp_path / "two", progress=True, threads=2)
+    assert (two.frames[-1].points == results.frames[-1].points).all()
+    assert "100%" in capsys.readouterr().err or not _has("tqdm")
+    rumple.resume(tmp_path / "out", until=1.5, progress=lambda share, state: seen.append((share, state.steps)))
+    assert seen[-1][0] == 1.0 and 1.0 / 1.5 < seen[-2][0] < 1.0
+    # Without tqdm a line now and then.
+    monkeypatch.setitem(sys.modules, "tqdm.auto", None)
+    monkeypatch.setattr("rumple._progress.INTERVAL", 0.0)
+    rumple.run(DOME, tmp_path / "three", progress=True)
+    assert "100 %  time 1 of 1" in capsys.readouterr().err
+
+
+def _has(module):
+    return importlib.util.find_spec(module) is not None

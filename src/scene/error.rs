@@ -75,6 +75,12 @@ impl SceneError {
         self.0.help.as_deref()
     }
 
+    /// What the scene was read from: a file, or the name of a text.
+    #[must_use]
+    pub fn origin(&self) -> &str {
+        &self.0.origin
+    }
+
     /// Line and column in the scene file, from 1, where there is one place to point to.
     #[must_use]
     pub fn position(&self) -> Option<(usize, usize)> {

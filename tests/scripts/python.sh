@@ -14,7 +14,7 @@ prepared() {
         && "$clean/bin/pip" install --quiet --disable-pip-version-check numpy pytest
 }
 # What optional parts and their tests need: tables, fits, the tutorial.
-optional=(pandas cloudpickle scipy matplotlib nbclient ipykernel jax)
+optional=(pandas cloudpickle scipy matplotlib nbclient ipykernel jax xarray tqdm)
 
 if ! prepared; then
     echo "left out: maturin, numpy and pytest cannot be installed"

@@ -12,7 +12,8 @@ use image::{AnimationDecoder, ImageFormat, Rgba, RgbaImage};
 
 use super::{done, scene};
 use crate::plugins::build;
-use crate::run::program::{folder, program, text};
+use crate::run::program;
+use crate::run::program::{folder, text};
 
 /// A program of its own, made of the lines of a shell.
 fn script(path: PathBuf, lines: &str) -> PathBuf {
