@@ -4,6 +4,7 @@
 
 mod align;
 mod average;
+mod boundary;
 mod box_tree;
 mod crossings;
 mod curvature;
@@ -16,6 +17,7 @@ mod vertex_area;
 
 pub use align::{aligned, aligned_by};
 pub use average::FaceVertexAverage;
+pub use boundary::BoundaryFit;
 pub use crossings::{CrossingPairs, Crossings};
 pub use curvature::{Curvature, angle_at};
 pub use faces::{Face, Faces, face_areas, vertex_normals};

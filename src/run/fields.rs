@@ -100,13 +100,15 @@ impl Fields {
                 let rest_area = rest_area(&wanted);
                 Signals::new(wanted, place, area.clone(), material, reading, rest_area)
                     .in_plane(scene.sheet.planar)
+                    .with_boundary(scene.kinetics[0].boundary, model.sheet())
             };
             d.observables.iter().any(|o| names.contains(&o.name)).then(signals)
         });
         let rest_area = rest_area(&wanted);
         let signals =
             Signals::new(wanted, Location::Vertex, area.clone(), material, reading, rest_area)
-                .in_plane(scene.sheet.planar);
+                .in_plane(scene.sheet.planar)
+                .with_boundary(scene.output.boundary, model.sheet());
         Ok(Self { names, area, signals, observed })
     }
 

@@ -264,6 +264,7 @@ fn problem<'a>(
         location: Some(location),
         measure: first.map(|k| k.measure).unwrap_or_default(),
         tension: first.map(|k| k.tension).unwrap_or_default(),
+        boundary: first.map(|k| k.boundary).unwrap_or_default(),
     });
     let drag =
         scene.material.as_ref().map_or_else(Default::default, |material| material.drag.clone());

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::effects::Measure;
 use crate::kinetics::{Location, search};
-use crate::model::TensionReading;
+use crate::model::{AtBoundary, TensionReading};
 use crate::num::checked::Finite;
 
 use super::initial::{FieldFile, Initial};
@@ -32,6 +32,9 @@ pub struct KineticsSpec {
     /// How the tension signal is read.
     #[serde(default)]
     pub tension: TensionReading,
+    /// The signals of curvature at the boundary.
+    #[serde(default)]
+    pub boundary: AtBoundary,
     /// Parameters that differ from the plugin's defaults, or all of a law.
     #[serde(skip_deserializing)]
     pub parameters: BTreeMap<String, ParameterSpec>,
@@ -127,14 +130,15 @@ impl KineticsSpec {
     }
 }
 
-/// Reads `[kinetics]`, or every `[[kinetics]]`. All laws of a scene share location, measure and
-/// reading of the tension: a later table takes over what it does not give.
+/// Reads `[kinetics]`, or every `[[kinetics]]`. All laws of a scene share location, measure,
+/// reading of the tension and rule at the boundary: a later table takes over what it does not give.
 pub(crate) fn read_kinetics(node: Node) -> Result<Vec<KineticsSpec>, DocumentError> {
     let Node { value: Value::Array(items), .. } = node else { return Ok(vec![read_one(node)?]) };
     let mut all: Vec<KineticsSpec> = Vec::new();
     for (number, item) in items.into_iter().enumerate() {
         let place = item.place.clone();
-        let written = ["location", "measure", "tension"].map(|key| item.get(key).is_some());
+        let written =
+            ["location", "measure", "tension", "boundary"].map(|key| item.get(key).is_some());
         let wrong = |p: DocumentError| p.placed(&place).under_index(number);
         let mut one = read_one(item).map_err(wrong)?;
         if let Some(first) = all.first() {
@@ -142,16 +146,17 @@ pub(crate) fn read_kinetics(node: Node) -> Result<Vec<KineticsSpec>, DocumentErr
                 !written[0] || one.location == first.location,
                 !written[1] || one.measure == first.measure,
                 !written[2] || one.tension == first.tension,
+                !written[3] || one.boundary == first.boundary,
             ];
-            let keys = ["location", "measure", "tension"];
+            let keys = ["location", "measure", "tension", "boundary"];
             if let Some((key, _)) = keys.iter().zip(same).find(|(_, same)| !same) {
                 let message = format!("{key} is the same for all laws of a scene");
                 let problem =
                     DocumentError::plain(message).help("give it in the first [[kinetics]]");
                 return Err(wrong(problem.under(key)));
             }
-            (one.location, one.measure, one.tension) =
-                (first.location, first.measure, first.tension);
+            (one.location, one.measure) = (first.location, first.measure);
+            (one.tension, one.boundary) = (first.tension, first.boundary);
         }
         all.push(one);
     }

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::model::AtBoundary;
 use crate::num::checked::Positive;
 use crate::num::{Short, real};
 use crate::output::Compression;
@@ -22,6 +23,9 @@ pub struct OutputSpec {
     /// Fields to write beside the positions; which there are depends on effects and kinetics.
     #[serde(default)]
     pub fields: Vec<String>,
+    /// The fields of curvature at the boundary.
+    #[serde(default = "one_sided")]
+    pub boundary: AtBoundary,
     /// Compression of the frames.
     #[serde(default)]
     pub compression: Compression,
@@ -30,13 +34,23 @@ pub struct OutputSpec {
     pub report: bool,
 }
 
+fn one_sided() -> AtBoundary {
+    AtBoundary::OneSided
+}
+
 fn yes() -> bool {
     true
 }
 
 impl Default for OutputSpec {
     fn default() -> Self {
-        Self { every: None, fields: Vec::new(), compression: Compression::default(), report: true }
+        Self {
+            every: None,
+            fields: Vec::new(),
+            boundary: AtBoundary::OneSided,
+            compression: Compression::default(),
+            report: true,
+        }
     }
 }
 

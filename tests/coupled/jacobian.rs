@@ -15,8 +15,8 @@ use rumple::geometry::{AreaRule, VertexArea, face_areas};
 use rumple::kinetics::formula::SpeciesFormula;
 use rumple::kinetics::{Kinetics, Location, Signal};
 use rumple::model::{
-    Chemistry, Coupled, Drag, Mechanics, Model, ParameterFields, Part, Signals, State, Storage,
-    TensionReading,
+    AtBoundary, Chemistry, Coupled, Drag, Mechanics, Model, ParameterFields, Part, Signals, State,
+    Storage, TensionReading,
 };
 use rumple::sheet::Sheet;
 
@@ -120,6 +120,10 @@ fn holding(
     let area = VertexArea::new(sheet, rule);
     let rest_area = face_areas(sheet, sheet.rest());
     let kinetics = Arc::new(Everything::new(location));
+    let boundary = match measure {
+        Measure::Amount => AtBoundary::OneSided,
+        Measure::Concentration => AtBoundary::Zero,
+    };
     let signals = Signals::new(
         Signal::ALL.to_vec(),
         location,
@@ -127,7 +131,8 @@ fn holding(
         Some(&(&MATERIAL).into()),
         TensionReading::Paper,
         rest_area,
-    );
+    )
+    .with_boundary(boundary, sheet);
     let chemistry = Chemistry::new(
         sheet,
         kinetics,

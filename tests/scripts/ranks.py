@@ -32,7 +32,7 @@ DOME = """
 sheet = {{ shape = "disc", radius = 10.0, vertices = {vertices}, bump = {{ amplitude = 0.5, width = 4.0 }} }}
 material = {{ young = 1e3, poisson = 0.3333333333333333, thickness = 0.3, drag = 1.0 }}
 time = {{ until = {until}, policy = "{policy}" }}
-output = {{ every = {every}, fields = ["c", "mean_curvature"] }}
+output = {{ every = {every}, fields = ["c", "mean_curvature"], boundary = "zero" }}
 checkpoint = {{ every = {every} }}
 equilibrium = {{ method = "lbfgs", preconditioner = "{preconditioner}", tolerance = 1e-9 }}
 
@@ -69,7 +69,7 @@ SPHERE = """
 sheet = {{ shape = "sphere", radius = 10.0, vertices = 400 }}
 material = {{ young = 1e3, poisson = 0.3, thickness = 0.5 }}
 time = {{ until = 0.5 }}
-output = {{ every = 0.25, fields = ["c", "mean_curvature"] }}
+output = {{ every = 0.25, fields = ["c", "mean_curvature"], boundary = "zero" }}
 equilibrium = {{ method = "lbfgs", tolerance = 1e-9, preconditioner = "{preconditioner}" }}
 
 [kinetics]

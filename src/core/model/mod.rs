@@ -46,7 +46,7 @@ pub use potential::Potential;
 pub use proximal_term::Anchor;
 pub use rigid::{Motion, free_motions};
 pub(crate) use rigid::{align, floats, force_free_motions, mean, minimal_pins, unhindered};
-pub use signals::{Signals, TensionReading};
+pub use signals::{AtBoundary, Signals, TensionReading};
 pub use state::{Positions, State};
 pub use time_course::TimeCourse;
 pub use unreliable_results::UnreliableResults;

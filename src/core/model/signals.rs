@@ -11,6 +11,7 @@
 //! time                t
 //! ```
 //!
+//! At the boundary curvatures are 0, or one-sided: extrapolated from within ([`BoundaryFit`]).
 //! Curvatures belong to vertices, strains to faces. On vertices a strain is the mean over the
 //! adjacent faces; on faces a curvature is the mean of the three corners.
 //!
@@ -31,10 +32,11 @@ use super::counters;
 use super::potential::Potential;
 use crate::Vec3;
 use crate::effects::{MaterialField, Values};
-use crate::geometry::{Curvature, Shape, VertexArea};
+use crate::geometry::{BoundaryFit, Curvature, Shape, VertexArea};
 use crate::kinetics::{Location, Signal};
 use crate::num::real;
 use crate::parallel;
+use crate::sheet::Sheet;
 use crate::tally::{Meter, Scope, Tally};
 
 /// How tension is read off the area strain.
@@ -50,6 +52,17 @@ pub enum TensionReading {
     Paper,
 }
 
+/// Curvatures at the boundary.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AtBoundary {
+    /// 0, as in the paper.
+    #[default]
+    Zero,
+    /// From those within, by a linear function.
+    OneSided,
+}
+
 /// Evaluates signals on one sheet.
 #[derive(Debug, Clone)]
 pub struct Signals {
@@ -62,6 +75,8 @@ pub struct Signals {
     areal_modulus: Values,
     reading: TensionReading,
     rest_area: Arc<[f64]>,
+    /// What gives curvatures at the boundary, if they are not 0.
+    fit: Option<Arc<BoundaryFit>>,
     planar: bool,
     /// Of the geometry that curvatures share, then one for each signal; none of signals that are not counted.
     meters: Vec<Meter>,
@@ -89,6 +104,7 @@ impl Signals {
             }),
             reading,
             rest_area: rest_area.into(),
+            fit: None,
             planar: false,
             meters: Vec::new(),
         }
@@ -98,6 +114,21 @@ impl Signals {
     #[must_use]
     pub fn in_plane(self, planar: bool) -> Self {
         Self { planar, ..self }
+    }
+
+    /// The same with curvatures at the boundary of `sheet` by a rule. A part of a sheet has only 0.
+    #[must_use]
+    pub fn with_boundary(self, rule: AtBoundary, sheet: &Sheet) -> Self {
+        let fitted = rule == AtBoundary::OneSided
+            && self.reads_curvature()
+            && sheet.reduction().distribution().is_none();
+        Self { fit: fitted.then(|| Arc::new(BoundaryFit::of(sheet))), ..self }
+    }
+
+    /// Whether curvatures are wanted and can be different from 0.
+    fn reads_curvature(&self) -> bool {
+        let curved = |s: &Signal| matches!(s, Signal::MeanCurvature | Signal::GaussianCurvature);
+        !self.planar && self.wanted.iter().any(curved)
     }
 
     /// Counts what they cost from now on.
@@ -113,11 +144,14 @@ impl Signals {
 
     /// The curvatures, where they are wanted and can be different from 0.
     fn curvature(&self, shape: &Shape<'_>, what: usize) -> Option<Curvature> {
-        let curved = |s: &Signal| matches!(s, Signal::MeanCurvature | Signal::GaussianCurvature);
-        let wanted = !self.planar && self.wanted.iter().any(curved);
-        wanted.then(|| {
+        self.reads_curvature().then(|| {
             let _scope = self.scope(0, what);
-            Curvature::of(shape, &self.area)
+            let mut curvature = Curvature::of(shape, &self.area);
+            if let Some(fit) = &self.fit {
+                fit.extend(&mut curvature.mean);
+                fit.extend(&mut curvature.gaussian);
+            }
+            curvature
         })
     }
 

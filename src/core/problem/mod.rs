@@ -38,8 +38,8 @@ use crate::effects::{
 use crate::geometry::VertexArea;
 use crate::kinetics::{Kinetics, Location};
 use crate::model::{
-    Chemistry, DragSpec, Mechanics, Model, ParameterFields, Policy, Positions, Stabilisation,
-    Start, State, TensionReading,
+    AtBoundary, Chemistry, DragSpec, Mechanics, Model, ParameterFields, Policy, Positions,
+    Stabilisation, Start, State, TensionReading,
 };
 use crate::sheet::Sheet;
 use crate::solve::equilibrium::LbfgsSpec;
@@ -63,6 +63,8 @@ pub struct Law {
     pub measure: Measure,
     /// How the signal tension is read.
     pub tension: TensionReading,
+    /// Curvatures at the boundary.
+    pub boundary: AtBoundary,
 }
 
 impl Law {
@@ -75,6 +77,7 @@ impl Law {
             location: None,
             measure: Measure::default(),
             tension: TensionReading::default(),
+            boundary: AtBoundary::default(),
         }
     }
 

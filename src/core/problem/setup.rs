@@ -297,7 +297,8 @@ impl Problem<'_> {
         };
         let of = self.material.as_ref();
         let signals = Signals::new(wanted, location, area.clone(), of, law.tension, rest_area)
-            .in_plane(self.planar);
+            .in_plane(self.planar)
+            .with_boundary(law.boundary, &self.sheet);
         let Law { kinetics, parameters, measure, .. } = law;
         Chemistry::new(&self.sheet, kinetics, parameters, location, signals, transports, measure)
     }

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Error, Result};
 use crate::Vec3;
-use crate::model::State;
+use crate::model::{AtBoundary, State};
 use crate::output::provenance::MeshRecord;
 use crate::output::{Field, Frame};
 use crate::reduction::Communicator;
@@ -66,6 +66,10 @@ pub(super) fn check(scene: &Scene) -> Result<()> {
     }
     if scene.stability.as_ref().is_some_and(|stability| stability.watch) {
         return refuse("stability", "stability is not watched", "leave [stability] out");
+    }
+    if scene.kinetics.iter().any(|law| law.boundary == AtBoundary::OneSided) {
+        let help = "boundary = \"zero\"";
+        return refuse("kinetics", "curvatures at the boundary are not extrapolated", help);
     }
     if scene.invariants.is_some() {
         return refuse("invariants", "invariants are not watched", "leave [invariants] out");

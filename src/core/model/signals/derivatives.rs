@@ -102,42 +102,59 @@ impl Signals {
     ) {
         let boundary = shape.sheet.boundary();
         self.at_vertices(shape, |point, i, share| {
-            if boundary[i] {
-                return;
-            }
-            let direction = if mean { leaning(shape, i) } else { Vec3::zeros() };
-            let area = curvature.area[i];
-            for &(t, k) in shape.sheet.vertex_triangles().of(i) {
-                let (t, k) = (t as usize, k as usize);
-                let e = shape.edge_vectors(t);
-                let face = shape.face(t);
-                let n = face.normal;
-                let mut by_area = [Vec3::zeros(); 3];
-                let mut unit = [0.0; 3];
-                unit[k] = 1.0;
-                self.area.add_gradient(shape, t, unit, &mut by_area);
-                let by = if mean {
-                    let lean = direction.dot(&n) / (2.0 * face.area);
-                    let turn = direction.cross(&n);
-                    let signs = [0.0, -1.0, 1.0];
-                    std::array::from_fn::<Vec3, 3, _>(|m| {
-                        let by_l = (lean * e[k].dot(&e[m])) * n + signs[(m + 3 - k) % 3] * turn;
-                        0.25 * by_l - curvature.mean[i] * by_area[m]
-                    })
-                } else {
-                    let (u, w) = (e[(k + 2) % 3], -e[(k + 1) % 3]);
-                    let by_next = (-1.0 / u.norm_squared()) * n.cross(&u);
-                    let by_last = (1.0 / w.norm_squared()) * n.cross(&w);
-                    let by_angle = [-(by_next + by_last), by_next, by_last];
-                    std::array::from_fn(|m| {
-                        -(by_angle[(m + 3 - k) % 3] + curvature.gaussian[i] * by_area[m])
-                    })
-                };
-                for (v, by) in shape.sheet.triangles()[t].into_iter().zip(by) {
-                    into.by_position(column, point, v as usize, (share / area) * by);
-                }
+            let mut add = |i: usize, share: f64| {
+                self.curvature_at(shape, (curvature, mean), i, |vertex, by| {
+                    into.by_position(column, point, vertex, share * by);
+                });
+            };
+            match &self.fit {
+                _ if !boundary[i] => add(i, share),
+                Some(fit) => fit.at(i).iter().for_each(|(j, weight)| add(*j, weight * share)),
+                None => {}
             }
         });
+    }
+
+    /// The derivatives of H, or of K, at the interior vertex `i`.
+    fn curvature_at(
+        &self,
+        shape: &Shape<'_>,
+        (curvature, mean): (&Curvature, bool),
+        i: usize,
+        mut emit: impl FnMut(usize, Vec3),
+    ) {
+        let direction = if mean { leaning(shape, i) } else { Vec3::zeros() };
+        let area = curvature.area[i];
+        for &(t, k) in shape.sheet.vertex_triangles().of(i) {
+            let (t, k) = (t as usize, k as usize);
+            let e = shape.edge_vectors(t);
+            let face = shape.face(t);
+            let n = face.normal;
+            let mut by_area = [Vec3::zeros(); 3];
+            let mut unit = [0.0; 3];
+            unit[k] = 1.0;
+            self.area.add_gradient(shape, t, unit, &mut by_area);
+            let by = if mean {
+                let lean = direction.dot(&n) / (2.0 * face.area);
+                let turn = direction.cross(&n);
+                let signs = [0.0, -1.0, 1.0];
+                std::array::from_fn::<Vec3, 3, _>(|m| {
+                    let by_l = (lean * e[k].dot(&e[m])) * n + signs[(m + 3 - k) % 3] * turn;
+                    0.25 * by_l - curvature.mean[i] * by_area[m]
+                })
+            } else {
+                let (u, w) = (e[(k + 2) % 3], -e[(k + 1) % 3]);
+                let by_next = (-1.0 / u.norm_squared()) * n.cross(&u);
+                let by_last = (1.0 / w.norm_squared()) * n.cross(&w);
+                let by_angle = [-(by_next + by_last), by_next, by_last];
+                std::array::from_fn(|m| {
+                    -(by_angle[(m + 3 - k) % 3] + curvature.gaussian[i] * by_area[m])
+                })
+            };
+            for (v, by) in shape.sheet.triangles()[t].into_iter().zip(by) {
+                emit(v as usize, by / area);
+            }
+        }
     }
 
     /// The strain `A/Ā - 1`, times `factor` of each point and triangle.
