@@ -204,7 +204,11 @@ pub fn main() -> ExitCode {
         Err(Error::Elsewhere) => (1, String::new()),
         Err(error) => {
             let text = match &error {
-                Error::Scene(scene) => scene.rendered(std::io::stderr().is_terminal()),
+                Error::Scene(scene) => {
+                    // https://no-color.org
+                    let plain = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
+                    scene.rendered(std::io::stderr().is_terminal() && !plain)
+                }
                 other => format!("error: {other}"),
             };
             (exit_code(&error), text)

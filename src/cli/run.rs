@@ -7,7 +7,8 @@ use std::time::SystemTime;
 use clap::Args;
 
 use super::SceneArgs;
-use crate::output::{Interrupt, Mode, Progress, ResultDirectory, SelfIntersection};
+use crate::num::Short;
+use crate::output::{Claim, Interrupt, Mode, Progress, ResultDirectory, SelfIntersection};
 use crate::reduction::Communicator;
 use crate::run::ranks::{self, agreed};
 use crate::run::run::{self, Ending, Summary};
@@ -30,6 +31,9 @@ pub(super) struct RunArgs {
     /// Replace the results of an earlier run in that directory.
     #[arg(long)]
     force: bool,
+    /// Print how the run ended as JSON, as status.json has it, with the directory, in place of the summary.
+    #[arg(long)]
+    json: bool,
     /// Print nothing but errors, and what a law does wrong.
     #[arg(long)]
     quiet: bool,
@@ -85,6 +89,12 @@ fn run_in_pool(args: &RunArgs, ranks: Option<Arc<dyn Communicator>>) -> Result<(
     }
     inputs.outside(&root)?;
     if let Some(surface) = given {
+        if let Some(time) = surface.time.filter(|time| *time != 0.0 && !args.quiet) {
+            super::warn(&format!(
+                "the state is that of time {}; here time begins at 0, and with it ramps, growth and laws that read t",
+                Short(time)
+            ));
+        }
         let surface = simulation.part_of(surface);
         inspect::take_state(&mut simulation, &surface)?;
     }
@@ -94,8 +104,11 @@ fn run_in_pool(args: &RunArgs, ranks: Option<Arc<dyn Communicator>>) -> Result<(
         run_with_progress(args, (&scene, from.as_deref()), &mut simulation, &directory, interrupt);
     let first = ranks.as_ref().is_none_or(|ranks| ranks.rank() == 0);
     let report = super::view::write_report(&root, scene.output.report && first);
+    if args.json && first {
+        print_standing(&root);
+    }
     let done = outcome?;
-    if !args.quiet {
+    if !args.quiet && !args.json {
         print_summary(&done, &directory);
         print_report_path(report.as_deref());
     }
@@ -103,6 +116,14 @@ fn run_in_pool(args: &RunArgs, ranks: Option<Arc<dyn Communicator>>) -> Result<(
         Ending::Interrupted => Err(Error::Solve(SolveError::Interrupted)),
         _ => Ok(()),
     }
+}
+
+/// Prints what the directory of a run says of it.
+fn print_standing(root: &Path) {
+    let text = std::fs::read(root.join(Claim::STATUS)).unwrap_or_default();
+    let mut about: serde_json::Value = serde_json::from_slice(&text).unwrap_or_default();
+    about["directory"] = root.to_string_lossy().into();
+    say!("{about:#}");
 }
 
 /// The directory of this rank: the first one makes it, then the others theirs within it.
