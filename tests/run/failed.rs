@@ -5,6 +5,8 @@ use std::path::Path;
 
 use super::program::{folder, rumple, text};
 
+use crate::common::path;
+
 /// A small sheet with a law as text, which has no value from t = 0.2 on.
 pub const LATE_FAILURE: &str = r#"
 [sheet]
@@ -165,7 +167,7 @@ fn the_key_of_replays_is_refused_with_what_to_do() {
 #[test]
 fn a_start_that_finds_no_rest_is_reported() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/models/hard/spot.toml");
+    let scene = &path("models/hard/spot.toml");
     let keys = [
         "--set",
         "kinetics.initial.c.gaussian.amplitude=10",

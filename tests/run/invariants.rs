@@ -10,6 +10,7 @@ use rumple::scene::Scene;
 
 use super::program::{folder, rumple, text};
 use crate::common;
+use crate::common::shipped;
 use crate::coupled::DOME;
 use crate::plugins::build;
 
@@ -341,7 +342,7 @@ fn a_load_that_is_not_balanced_is_caught() {
 /// The pole of a sphere that is pushed through the other one.
 #[test]
 fn a_sheet_that_passes_through_itself_is_caught() {
-    let scene = &std::fs::read_to_string("models/hard/pushed.toml").unwrap();
+    let scene = &shipped("models/hard/pushed.toml");
     let ledger = kept(scene, "crossings = true", &["time.until=0.83"]);
     assert!(ledger.last("crossings [pairs of triangles]") > 5.0);
     assert_eq!(ledger.column("crossings [pairs of triangles]")[0], 0.0);

@@ -7,7 +7,7 @@ use rumple::Vec3;
 use rumple::study::{Measures, measure};
 
 use super::{folder, number, rows, rumple, text};
-use crate::common::prepare;
+use crate::common::{path, prepare};
 use crate::run::SMALL;
 
 /// Discs of c = 1 with a smooth edge, around `centres`, on a rectangle of 40 × 20 with 6000 vertices.
@@ -196,7 +196,7 @@ fn the_level_decides_what_a_spot_is() {
 #[ignore = "needs Python with the vtk package in RUMPLE_PYTHON; tests/run.sh runs it"]
 fn measures_are_those_of_a_script_with_real_vtk() {
     let python = std::env::var("RUMPLE_PYTHON").expect("RUMPLE_PYTHON names the interpreter");
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/scripts/measure.py");
+    let script = path("tests/scripts/measure.py");
     let folder = folder(&SMALL.replace("[output]", "[output]\nfields = [\"c\"]"));
     let args = ["sweep", "scene.toml", "--out", "out", "--level", "0.05"];
     let over = ["--over", "kinetics.location=vertex,face"];
@@ -207,7 +207,7 @@ fn measures_are_those_of_a_script_with_real_vtk() {
         let frame = root.join("members").join(&row["member"]).join("frames/frame_000002.vtu");
         let args = ["--array", "c", "--threshold", "0.05"];
         let out =
-            Command::new(&python).arg(script).arg(frame).args(args).args(cells).output().unwrap();
+            Command::new(&python).arg(&script).arg(frame).args(args).args(cells).output().unwrap();
         assert!(out.status.success(), "{}", text(&out.stderr));
         let found: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
         assert_eq!(number(row, "spots"), found["regions"].as_f64().unwrap());
