@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use super::program::{folder, rumple, text};
+use super::program::{folder, passes_with, rumple, text};
 
 use crate::common::path;
 
@@ -105,8 +105,7 @@ fn a_run_that_fails_leaves_a_folder_that_says_why() {
     assert_eq!(causes.last().unwrap(), "the run ended");
 
     let look = ["inspect", paths[1], "--state", paths[0], "--json", "-"];
-    let out = rumple(folder.path(), &look);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    let out = passes_with(folder.path(), &look);
     let seen: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
     assert!((seen["time"].as_f64().unwrap() - 0.2).abs() < 0.01, "{}", seen["time"]);
     let frame = fs::read_to_string(&state).unwrap();
@@ -148,8 +147,7 @@ fn a_resumed_failure_fails_again_for_the_same_reason() {
         let state = "a/failure/state.vtu";
         let mended = ["run", "a/resolved.toml", "--from", state, "--out", "b", "--force"];
         let mended = [&mended[..], &["--quiet", "--set", "kinetics.rates.c=-c"]].concat();
-        let done = rumple(folder.path(), &mended);
-        assert!(done.status.success(), "{keys:?}: {}", text(&done.stderr));
+        passes_with(folder.path(), &mended);
     }
 }
 

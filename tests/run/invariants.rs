@@ -8,7 +8,7 @@ use rumple::kinetics::PluginSearch;
 use rumple::output::ledger::value;
 use rumple::scene::Scene;
 
-use super::program::{folder, rumple, text};
+use super::program::{folder, passes, rumple, text};
 use crate::common;
 use crate::common::shipped;
 use crate::coupled::DOME;
@@ -125,8 +125,7 @@ fn a_scene_that_keeps_all_laws_and_one_that_lists_none() {
     }
     let plain = FREE.to_owned();
     std::fs::write(folder.path().join("plain.toml"), plain).unwrap();
-    let out = rumple(folder.path(), &["run", "plain.toml", "--out", "plain"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes(folder.path(), "run plain.toml --out plain");
     let [held, free] = ["result", "plain"].map(|name| Ledger::of(&folder.path().join(name)));
     let added: Vec<&String> = held.names.iter().filter(|name| !free.names.contains(name)).collect();
     let expected = [

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::program::{folder, rumple, text};
+use super::program::{folder, passes, rumple, text};
 
 use crate::common::shipped;
 
@@ -102,8 +102,7 @@ fn a_closed_sheet_that_is_turned_inside_out_is_told() {
                  effect = [{ kind = \"stretching\" }]\ntime.until = 1.0\n";
     let directory = folder(scene);
     let path = directory.path();
-    let out = rumple(path, &["inspect", "scene.toml", "--vtu", "start.vtu"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes(path, "inspect scene.toml --vtu start.vtu");
     let start = rumple::sheet::read::surface(path.join("start.vtu")).unwrap();
     let points: Vec<rumple::Vec3> = start.points.iter().map(|x| -x).collect();
     // The reader would turn a mesh over, the states of a run it takes as they are.

@@ -9,6 +9,7 @@ use rumple::study::{Measures, measure};
 use super::{folder, number, rows, rumple, text};
 use crate::common::{path, prepare};
 use crate::run::SMALL;
+use crate::run::program::{passes, passes_with};
 
 /// Discs of c = 1 with a smooth edge, around `centres`, on a rectangle of 40 × 20 with 6000 vertices.
 fn measured(location: &str, centres: &[(f64, f64)], radius: f64, level: Option<f64>) -> Measures {
@@ -116,19 +117,10 @@ fn ever_finer_meshes_say_what_converges() {
         "sheet = { shape = 'rectangle', width = 40.0, height = 20.0, vertices = 300 }\ntime = { until = 0.1 }\n\
          kinetics = { rates = { c = '0*c' }, initial = { c = { formula = 'exp(-0.02*(x^2 + y^2))' } } }\n",
     );
-    let args = [
-        "sweep",
-        "scene.toml",
-        "--refine",
-        "--set",
-        "sheet.vertices=500",
-        "--seeds",
-        "3",
-        "--out",
-        "sweep",
-    ];
-    let ran = rumple(folder.path(), &args);
-    assert!(ran.status.success(), "{}", text(&ran.stderr));
+    passes(
+        folder.path(),
+        "sweep scene.toml --refine --set sheet.vertices=500 --seeds 3 --out sweep",
+    );
     let table = fs::read_to_string(folder.path().join("sweep/refinement.csv")).unwrap();
     let mut lines = table.lines();
     assert_eq!(lines.next(), Some("measure,500,1000,2000,order,limit"));
@@ -167,8 +159,7 @@ fn a_pattern_that_the_mesh_does_not_resolve_is_named() {
     let args = ["sweep", "scene.toml", "--seeds", "2", "--level", "nan"];
     assert_eq!(rumple(folder.path(), &args).status.code(), Some(2));
     let over = "sheet.vertices=500,8000";
-    let ran = rumple(folder.path(), &["sweep", "scene.toml", "--over", over, "--out", "sweep"]);
-    assert!(ran.status.success(), "{}", text(&ran.stderr));
+    passes_with(folder.path(), &["sweep", "scene.toml", "--over", over, "--out", "sweep"]);
     let page = fs::read_to_string(folder.path().join("sweep/sweep.md")).unwrap();
     let named: Vec<&str> = page.lines().filter(|line| line.contains("edges wide")).collect();
     assert!(named.len() == 1 && named[0].contains("500"), "{page}");
