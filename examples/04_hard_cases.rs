@@ -13,7 +13,7 @@
 
 mod hard_cases;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use hard_cases::{Options, Outcome, run};
@@ -23,11 +23,11 @@ use hard_cases::{Options, Outcome, run};
 /// # Errors
 /// A file of cases that cannot be read, a program that cannot be started.
 fn main() -> Outcome<ExitCode> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
     let program = std::env::var_os("RUMPLE")
         .map_or_else(|| root.join("target/release/rumple"), PathBuf::from);
     let results = root.join("results/hard");
-    let mut options = Options { slow: false, only: Vec::new(), program, results };
+    let mut options = Options { slow: false, only: Vec::new(), root, program, results };
     for argument in std::env::args().skip(1) {
         match argument.as_str() {
             "--slow" => options.slow = true,

@@ -88,15 +88,15 @@ env --default-signal=INT,QUIT,HUP cargo test --release --workspace
 
 heading "tests with the real VTK"
 RUMPLE_PYTHON="$PWD/$venv/bin/python" \
-    cargo test --release --test integration real_vtk -- --ignored
+    cargo test --release -p rumple-tests real_vtk -- --ignored
 
 heading "contact by ipctk and exact arithmetic"
 RUMPLE_PYTHON="$PWD/$venv/bin/python" \
-    cargo test --release --test integration effects::proximity -- --ignored
+    cargo test --release -p rumple-tests effects::proximity -- --ignored
 
 heading "tests with a real Slurm"
 if ((EUID == 0)); then
-    tests/scripts/slurm.sh cargo test --release --test integration real_slurm -- --ignored
+    tests/scripts/slurm.sh cargo test --release -p rumple-tests real_slurm -- --ignored
 else
     echo "left out: slurmd needs root"
 fi

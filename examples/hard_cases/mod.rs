@@ -8,7 +8,7 @@ mod rescaled;
 mod trial;
 
 use std::error::Error;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use case::{Case, Cases};
 use trial::{Trial, Where};
@@ -23,6 +23,8 @@ pub struct Options {
     pub slow: bool,
     /// Only those with these names, if there are any.
     pub only: Vec<String>,
+    /// Folder of the repository.
+    pub root: PathBuf,
     pub program: PathBuf,
     /// Folder of all results; those of the same cases there are lost.
     pub results: PathBuf,
@@ -39,7 +41,7 @@ impl Options {
 /// # Errors
 /// A file of cases that cannot be read, a program that cannot be started.
 pub fn run(options: &Options) -> Outcome<usize> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = &options.root;
     let place = Where {
         program: options.program.clone(),
         models: root.join("models"),

@@ -34,7 +34,7 @@ use rumple::model::{Mechanics, Potential};
 use rumple::scene::Scene;
 use rumple::sheet::Sheet;
 use rumple::solve::equilibrium::{Equilibrium, Goal, Lbfgs, LbfgsSpec, Relaxation};
-use rumple_numerics::linear::{BlockCholesky, BlockMatrix, BlockPattern};
+use rumple_numerics::linear::{BlockMatrix, BlockPattern, MixedPrecisionCholesky};
 
 /// A result, or why there is none.
 pub type Outcome<T> = Result<T, Box<dyn Error>>;
@@ -181,7 +181,7 @@ pub fn relax_flat(
 /// Second derivatives of a sheet at a shape, and their Cholesky factor.
 pub struct Stiffness {
     matrix: BlockMatrix,
-    cholesky: BlockCholesky,
+    cholesky: MixedPrecisionCholesky,
 }
 
 impl Stiffness {
@@ -192,13 +192,13 @@ impl Stiffness {
         };
         let pattern = Arc::new(BlockPattern::of_rings(sheet.vertex_count(), 2, &neighbours, &[]));
         let matrix = BlockMatrix::zeros(Arc::clone(&pattern));
-        Ok(Self { matrix, cholesky: <BlockCholesky>::new(pattern)? })
+        Ok(Self { matrix, cholesky: MixedPrecisionCholesky::in_double_precision(pattern)? })
     }
 
     /// Whether the equilibrium `x` is stable: the Hessian is positive definite.
     pub fn is_positive(&mut self, mechanics: &mut Potential, x: &[Vec3]) -> bool {
         mechanics.hessian(x, HessianPart::Full, &mut self.matrix).is_ok()
-            && self.cholesky.factorise(&self.matrix).is_ok()
+            && self.cholesky.factorise(&self.matrix, true).is_ok()
     }
 
     /// The small displacements from the stable equilibrium `x` under small forces.
@@ -242,7 +242,7 @@ pub fn newton(mechanics: &mut Potential, x: &mut [Vec3], tolerance: f64) -> Outc
         let scale = stiffness.matrix.mean_diagonal();
         let mut shifted = stiffness.matrix.clone();
         shifted.add_diagonal(shift * scale);
-        while stiffness.cholesky.factorise(&shifted).is_err() {
+        while stiffness.cholesky.factorise(&shifted, true).is_err() {
             shift = f64::max(4.0 * shift, 1e-9);
             shifted = stiffness.matrix.clone();
             shifted.add_diagonal(shift * scale);

@@ -298,7 +298,7 @@ fn stays_round(
         // A millionth holds the rigid motions, and is far below the lowest stiffness of bending.
         let shift = 1e-7 * stiffness.matrix.mean_diagonal();
         stiffness.matrix.add_diagonal(shift);
-        if stiffness.cholesky.factorise(&stiffness.matrix).is_err() {
+        if stiffness.cholesky.factorise(&stiffness.matrix, true).is_err() {
             return Ok(false);
         }
         if mechanics.residual(&gradient) < 1e-10 {

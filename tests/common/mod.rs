@@ -4,12 +4,29 @@ mod counting;
 
 pub use counting::{allocations, kept, peak_of};
 
+use std::path::{Path, PathBuf};
+
 use rumple::kinetics::PluginSearch;
 use rumple::scene::Scene;
 use rumple::sheet::Sheet;
 use rumple::{Simulation, Vec3};
 
 use crate::plugins::build;
+
+/// The folder of the repository.
+pub fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_owned()
+}
+
+/// The path of a file of the repository, for arguments.
+pub fn path(file: &str) -> String {
+    root().join(file).display().to_string()
+}
+
+/// The text of a file of the repository.
+pub fn shipped(file: &str) -> String {
+    std::fs::read_to_string(root().join(file)).unwrap_or_else(|e| panic!("{file}: {e}"))
+}
 
 /// A scene from its text and overrides, set up with the shipped plugins.
 pub fn prepare(text: &str, overrides: &[&str]) -> (Scene, Simulation) {

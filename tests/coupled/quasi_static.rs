@@ -3,7 +3,7 @@
 use rumple::Simulation;
 use rumple::solve::{Control, StepReport};
 
-use crate::common::prepare;
+use crate::common::{prepare, shipped};
 
 /// A thin sphere that doubles its size. Exact: a sphere of twice the radius.
 const SPHERE: &str = r#"
@@ -100,7 +100,7 @@ fn a_cylinder_that_grows_tenfold_is_not_dented() {
 /// Simultaneous tends to quasi-static as the drag vanishes, on both sides of a snap: the distance goes with the drag.
 #[test]
 fn quasi_static_is_the_limit_of_vanishing_drag_through_a_snap() {
-    let text = std::fs::read_to_string("models/plates/snap.toml").unwrap();
+    let text = shipped("models/plates/snap.toml");
     let (limit, reports) = run(&text, &[]);
     assert_eq!(reports.iter().filter(|report| report.relaxation.snaps > 0).count(), 1);
     let distance = |drag: &str| {
@@ -122,7 +122,7 @@ fn quasi_static_is_the_limit_of_vanishing_drag_through_a_snap() {
 /// What new lengths ask for after a correction of the species was once taken for a jump, with more than all of the energy.
 #[test]
 fn jumps_of_small_buckles_release_little() {
-    let text = std::fs::read_to_string("models/model-i/small.toml").unwrap();
+    let text = shipped("models/model-i/small.toml");
     let (mut simulation, reports) = run(&text, &[]);
     let released: f64 = reports.iter().map(|report| report.relaxation.released).sum();
     // Under drag 0.01 the energy falls in snaps by 1.4 % in all.
@@ -133,7 +133,7 @@ fn jumps_of_small_buckles_release_little() {
 /// no equilibrium.
 #[test]
 fn a_snap_is_passed_under_a_drag_far_below_the_tolerance() {
-    let text = std::fs::read_to_string("models/model-i/small.toml").unwrap();
+    let text = shipped("models/model-i/small.toml");
     let keys = [
         "sheet.vertices=400",
         "sheet.radius=14",

@@ -6,6 +6,8 @@ use rumple::tally::Work;
 
 use super::{DOME, finished};
 
+use crate::common::shipped;
+
 fn on(threads: usize, all: &[&str]) -> (State, Work) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let done = pool.install(|| finished(DOME, all));
@@ -64,7 +66,7 @@ fn every_linear_solver_and_preconditioner() {
 /// this run went on for ever in its 23rd step.
 #[test]
 fn a_shape_at_the_edge_of_stability_comes_to_an_end() {
-    let text = std::fs::read_to_string("models/paper/model-i.toml").unwrap();
+    let text = shipped("models/paper/model-i.toml");
     let integrator = "time.integrator={kind=\"monolithic\",method=\"bdf\",rtol=1e-3,atol=1e-3}";
     let smaller = [
         "sheet.radius=40",

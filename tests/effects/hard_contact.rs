@@ -13,7 +13,7 @@ use rumple::sheet::Sheet;
 
 use super::running::at_end;
 use crate::common::{Noise, prepare};
-use crate::run::program::{folder, rumple, text};
+use crate::run::program::{folder, passes_with, rumple, text};
 use crate::run::resumed::{assert_same, checkpoints, stopped};
 
 fn potential(sheet: &Sheet, distance: f64) -> Potential {
@@ -295,8 +295,7 @@ fn a_resumed_run_in_contact_is_the_uninterrupted_one() {
     let folder = folder(CRUSHED);
     let often = ["--set", "checkpoint.every=1e-9", "--set", "checkpoint.keep=1000000"];
     let run = [&["run", "scene.toml", "--out", "whole"], &often[..]].concat();
-    let out = rumple(folder.path(), &run);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes_with(folder.path(), &run);
     let whole = folder.path().join("whole");
     let ledger = std::fs::read_to_string(whole.join("ledger.csv")).unwrap();
     let column = ledger.lines().next().unwrap().split(',').position(|c| c == "pairs of contact");

@@ -10,7 +10,7 @@ use rumple::{Simulation, Vec3};
 
 use super::running::at_end;
 use crate::common::{Noise, prepare};
-use crate::run::program::{folder, rumple, text};
+use crate::run::program::{folder, passes_with, rumple, text};
 use crate::run::resumed::{assert_same, checkpoints, stopped};
 
 /// Writes `shape` of about so many vertices, moved by `shift`, as `mesh.obj`.
@@ -242,13 +242,11 @@ fn a_moving_mesh_gives_the_same_bits_on_any_number_of_threads_and_when_resumed()
     std::fs::write(here.path().join("scene.toml"), scene).unwrap();
     let often = ["--set", "checkpoint.every=1e-9", "--set", "checkpoint.keep=1000000"];
     let run = [&["run", "scene.toml", "--out", "whole"], &often[..]].concat();
-    let out = rumple(here.path(), &run);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes_with(here.path(), &run);
     let (whole, other) = (here.path().join("whole"), here.path().join("other"));
     let count = checkpoints(&whole).len();
     assert!(count > 2, "{count} checkpoints");
     stopped(&whole, &other, count / 2);
-    let out = rumple(here.path(), &["resume", other.to_str().unwrap(), "--quiet"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes_with(here.path(), &["resume", other.to_str().unwrap(), "--quiet"]);
     assert_same(&whole, &other, "a moving mesh");
 }

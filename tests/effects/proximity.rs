@@ -11,7 +11,7 @@ use rumple::geometry::proximity::{Corners, Nearest, PairKind, edge_edge, point_t
 use rumple::model::{Mechanics, Potential};
 use rumple::sheet::Sheet;
 
-use crate::common::Noise;
+use crate::common::{Noise, path};
 
 const KINDS: [PairKind; 2] = [PairKind::PointTriangle, PairKind::EdgeEdge];
 
@@ -25,9 +25,9 @@ fn nearest(kind: PairKind, x: &Corners) -> Nearest {
 /// What the script answers to `records` in a mode.
 fn answers(mode: &str, records: &[Vec<f64>]) -> Vec<f64> {
     let python = std::env::var("RUMPLE_PYTHON").expect("RUMPLE_PYTHON names the interpreter");
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/scripts/contact.py");
+    let script = path("tests/scripts/contact.py");
     let mut child = Command::new(python)
-        .args([script, mode])
+        .args([&script, mode])
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .spawn()

@@ -4,6 +4,8 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::process::Command;
 
+use crate::common::root;
+
 /// Stands for the program: notes that it ran, and leaves what a complete run leaves.
 const STANDIN: &str = r#"#!/bin/sh
 here=$(dirname "$0")
@@ -27,7 +29,7 @@ fn a_figure_is_made_again_when_its_scene_has_changed() {
     let runs_after = |scene: &str| {
         fs::write(&resolved, scene).unwrap();
         // It ends with an error: there are no frames to measure.
-        Command::new("models/paper/figures.sh")
+        Command::new(root().join("models/paper/figures.sh"))
             .arg("loosely")
             .env("RUMPLE", &program)
             .env("FIGURES", folder.path().join("figures"))

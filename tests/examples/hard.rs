@@ -5,12 +5,16 @@ mod hard_cases;
 
 use hard_cases::{Options, run};
 
+use crate::common::{root, shipped};
+use crate::run::program;
+
 fn all_as_expected(names: &[&str]) {
     let folder = tempfile::tempdir().unwrap();
     let options = Options {
         slow: false,
         only: names.iter().map(|&name| name.to_owned()).collect(),
-        program: env!("CARGO_BIN_EXE_rumple").into(),
+        root: root(),
+        program: program(),
         results: folder.path().to_owned(),
     };
     assert_eq!(run(&options).unwrap(), 0);
@@ -45,8 +49,8 @@ fn units_do_not_matter() {
 
 #[test]
 fn the_table_of_the_documentation_leaves_no_case_out() {
-    let cases = std::fs::read_to_string("models/hard/cases.toml").unwrap();
-    let page = std::fs::read_to_string("docs/notebook/hard-cases.md").unwrap();
+    let cases = shipped("models/hard/cases.toml");
+    let page = shipped("docs/notebook/hard-cases.md");
     let names = cases.lines().filter_map(|line| line.strip_prefix("name = \""));
     let names: Vec<&str> = names.map(|name| name.trim_end_matches('"')).collect();
     assert!(names.len() > 40, "{names:?}");

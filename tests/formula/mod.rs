@@ -2,15 +2,13 @@
 
 mod edges;
 
-use std::path::Path;
-
 use proptest::prelude::*;
 use rumple::kinetics::descriptor;
 use rumple::kinetics::formula::{Formula, FormulaIndex, FormulaKinetics, Law, LawError};
 use rumple::kinetics::{Batch, Column, Feedback, Kinetics, Location, Parameter, Quantity, Species};
 use rumple::scene::Scene;
 
-use crate::common::{Noise, prepare};
+use crate::common::{Noise, prepare, root};
 use crate::plugins::build;
 
 fn species(name: &str) -> Species {
@@ -237,7 +235,7 @@ proptest! {
 
 /// The law of a shipped scene as text against the plugin of the same model.
 fn against(scene: &str, plugin: &str, range: impl Fn(&mut Noise) -> Vec<f64>) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(scene);
+    let path = root().join(scene);
     let law = Scene::load(&path, &[]).unwrap().kinetics[0].law().unwrap();
     let text = FormulaKinetics::new(&law).unwrap();
     let native = build::plugin(plugin, &[]);

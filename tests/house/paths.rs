@@ -28,7 +28,7 @@ pub struct Use {
 const CORE: &str = "core";
 
 fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
+    crate::common::root().join("src")
 }
 
 fn sources(directory: &Path, found: &mut Vec<PathBuf>) {

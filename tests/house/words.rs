@@ -3,6 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::common::root;
+
 /// Phrases, in lower case, with what the field writes for them.
 const TABLE: [(&[&str], &str); 17] = [
     (
@@ -111,7 +113,7 @@ fn homely(text: &str) -> Vec<(usize, &'static str, &'static str)> {
 
 #[test]
 fn the_words_are_those_of_the_field() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = &root();
     let mut paths = Vec::new();
     for folder in FOLDERS {
         files(&root.join(folder), &mut paths);

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use rumple::Vec3;
 use rumple::tally::Tally;
 use rumple_numerics::linear::{
-    Assembly, Block, BlockCholesky, BlockLdlt, BlockMatrix, BlockPattern, Entries, LinearChoice,
-    Precision, Shifted, Sparse,
+    Assembly, Block, BlockLdlt, BlockMatrix, BlockPattern, Entries, LinearChoice,
+    MixedPrecisionCholesky, Shifted, Sparse,
 };
 
 use super::two_rings;
@@ -84,16 +84,18 @@ fn residual(matrix: &BlockMatrix, x: &[Vec3], b: &[Vec3]) -> f64 {
     differences / b.iter().map(|b| b.amax()).fold(0.0, f64::max)
 }
 
-fn check_cholesky<T: Precision>(columns: usize, rows: usize, planar: bool, allowed: f64) {
+fn check_cholesky(columns: usize, rows: usize, planar: bool, single: bool, allowed: f64) {
     let matrix = springs(columns, rows, planar, 0.05);
     let b = forces(matrix.pattern().rows(), planar);
     let name = format!("{columns} × {rows}, planar: {planar}");
     let x = on_all(&name, || {
-        let mut cholesky = BlockCholesky::<T>::new(Arc::clone(matrix.pattern())).unwrap();
+        let mut cholesky = MixedPrecisionCholesky::new(Arc::clone(matrix.pattern())).unwrap();
+        cholesky.set_double(!single).unwrap();
         // Twice: rooms that were used before are used again.
         for _ in 0..2 {
-            cholesky.factorise(&matrix).unwrap();
+            cholesky.factorise(&matrix, false).unwrap();
         }
+        assert_eq!(cholesky.is_double(), !single);
         let mut x = b.clone();
         cholesky.solve(&mut x);
         x
@@ -107,8 +109,8 @@ fn check_cholesky<T: Precision>(columns: usize, rows: usize, planar: bool, allow
 fn cholesky_factors() {
     for (columns, rows) in [(2, 2), (3, 5), (70, 60), (300, 12)] {
         for planar in [false, true] {
-            check_cholesky::<f64>(columns, rows, planar, 1e-11);
-            check_cholesky::<f32>(columns, rows, planar, 2e-3);
+            check_cholesky(columns, rows, planar, false, 1e-11);
+            check_cholesky(columns, rows, planar, true, 2e-3);
         }
     }
 }
@@ -128,8 +130,9 @@ fn cholesky_factors_of_a_forest() {
     });
     let b = forces(n, false);
     let x = on_all("forest", || {
-        let mut cholesky = BlockCholesky::<f64>::new(Arc::clone(&pattern)).unwrap();
-        cholesky.factorise(&matrix).unwrap();
+        let mut cholesky =
+            MixedPrecisionCholesky::in_double_precision(Arc::clone(&pattern)).unwrap();
+        cholesky.factorise(&matrix, true).unwrap();
         let mut x = b.clone();
         cholesky.solve(&mut x);
         x
@@ -140,16 +143,17 @@ fn cholesky_factors_of_a_forest() {
 #[test]
 fn what_is_not_positive_is_refused_wherever_it_is() {
     let positive = springs(60, 50, false, 0.05);
-    let mut cholesky = BlockCholesky::<f64>::new(Arc::clone(positive.pattern())).unwrap();
+    let mut cholesky =
+        MixedPrecisionCholesky::in_double_precision(Arc::clone(positive.pattern())).unwrap();
     let n = positive.pattern().rows();
     for vertex in [0, n / 3, n / 2, n - 1] {
         for bad in [-100.0, f64::NAN] {
             let mut matrix = positive.clone();
             matrix.add_to_diagonal(vertex, 1, bad);
-            assert!(cholesky.factorise(&matrix).is_err(), "{vertex}: {bad}");
+            assert!(cholesky.factorise(&matrix, true).is_err(), "{vertex}: {bad}");
         }
     }
-    cholesky.factorise(&positive).unwrap();
+    cholesky.factorise(&positive, true).unwrap();
     let b = forces(n, false);
     let mut x = b.clone();
     cholesky.solve(&mut x);

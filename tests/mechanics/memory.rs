@@ -8,7 +8,7 @@ use rumple::effects::{
     StretchingModulus, StretchingWeight, StvkStretching,
 };
 use rumple::geometry::AreaRule;
-use rumple_numerics::linear::{BlockCholesky, BlockMatrix};
+use rumple_numerics::linear::{BlockMatrix, MixedPrecisionCholesky};
 
 use super::{MATERIAL, crumpled, potential, two_rings};
 use crate::common::{allocations, irregular};
@@ -31,7 +31,7 @@ fn evaluation_assembly_and_factorisation_allocate_nothing() {
     let mut mechanics = potential(Arc::clone(&sheet), energies, pins);
     let pattern = Arc::new(two_rings(&sheet));
     let mut hessian = BlockMatrix::zeros(Arc::clone(&pattern));
-    let mut cholesky = <BlockCholesky>::new(pattern).unwrap();
+    let mut cholesky = MixedPrecisionCholesky::in_double_precision(pattern).unwrap();
     let mut gradient = vec![Vec3::zeros(); x.len()];
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     // On the pool's own thread, where the allocations are counted.
@@ -42,7 +42,7 @@ fn evaluation_assembly_and_factorisation_allocate_nothing() {
                 mechanics.hessian(&x, part, &mut hessian).unwrap();
             }
             hessian.add_diagonal(hessian.mean_diagonal());
-            let _ = cholesky.factorise(&hessian);
+            let _ = cholesky.factorise(&hessian, true);
             cholesky.solve(&mut gradient);
         };
         work();

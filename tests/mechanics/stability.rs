@@ -3,7 +3,6 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, SymmetricEigen};
 use rumple::Vec3;
 use rumple::effects::Pins;
 use rumple::effects::{HessianPart, Material};
@@ -41,7 +40,7 @@ fn dense(mechanics: &mut Potential, x: &[Vec3], mass: &[f64]) -> Vec<f64> {
     for (k, &(i, a)) in free.iter().enumerate() {
         place[i][a] = Some(k);
     }
-    let mut full = DMatrix::zeros(free.len(), free.len());
+    let mut entries = Vec::new();
     for i in 0..x.len() {
         for (block, &j) in matrix.row(i).zip(pattern.row(i)) {
             let j = j as usize;
@@ -49,16 +48,13 @@ fn dense(mechanics: &mut Potential, x: &[Vec3], mass: &[f64]) -> Vec<f64> {
                 for b in 0..3 {
                     if let (Some(p), Some(q)) = (place[i][a], place[j][b]) {
                         let value = block[(a, b)] / (mass[i] * mass[j]).sqrt();
-                        full[(p, q)] = value;
-                        full[(q, p)] = value;
+                        entries.push((p, q, value));
                     }
                 }
             }
         }
     }
-    let mut all: Vec<f64> = SymmetricEigen::new(full).eigenvalues.iter().copied().collect();
-    all.sort_by(f64::total_cmp);
-    all
+    rumple_tests_dense::symmetric(free.len(), &entries)
 }
 
 fn spectrum(mechanics: &mut Potential, x: &[Vec3], count: usize) -> Spectrum {

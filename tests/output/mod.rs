@@ -16,6 +16,8 @@ use rumple::Vec3;
 use rumple::output::{Field, Frame};
 use sha2::{Digest, Sha256};
 
+use crate::common::path;
+
 /// A wavy strip of `n × n` points with awkward numbers in its fields.
 pub struct Patch {
     pub points: Vec<Vec3>,
@@ -83,9 +85,9 @@ impl Patch {
 /// does this.
 pub fn assert_digests(folder: &Path, patch: &Patch, times: &[f64]) {
     let python = std::env::var("RUMPLE_PYTHON").expect("RUMPLE_PYTHON names the interpreter");
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/scripts/check_vtk.py");
+    let script = path("tests/scripts/check_vtk.py");
     let output = Command::new(&python)
-        .args([script, "--digest"])
+        .args([&script, "--digest"])
         .arg(folder)
         .output()
         .expect("the interpreter runs");

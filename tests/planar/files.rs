@@ -5,7 +5,7 @@ use std::fs;
 use rumple::sheet::read;
 
 use super::STRIP;
-use crate::run::program::{folder, rumple, text};
+use crate::run::program::{folder, passes, rumple, text};
 
 fn planar() -> String {
     STRIP.replacen("[sheet]", "[sheet]\nplanar = true", 1)
@@ -85,8 +85,7 @@ fn a_planar_scene_goes_through_every_command() {
 fn a_state_that_leaves_the_plane_is_refused_with_its_vertex() {
     let folder = folder(&planar());
     let path = folder.path();
-    let out = rumple(path, &["run", "scene.toml", "--out", "result"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes(path, "run scene.toml --out result");
     let frame = read::surface(path.join("result/frames/frame_000000.vtu")).unwrap();
     let mut bent = String::from("# vtk DataFile Version 3.0\nbent\nASCII\nDATASET POLYDATA\n");
     bent += &format!("POINTS {} double\n", frame.points.len());
@@ -112,7 +111,5 @@ fn a_state_that_leaves_the_plane_is_refused_with_its_vertex() {
         assert!(said.contains("bent.vtk") && said.contains("vertex 7"), "{said}");
     }
     // The same state in space.
-    let args = ["inspect", "scene.toml", "--state", "bent.vtk", "--set", "sheet.planar=false"];
-    let out = rumple(path, &args);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes(path, "inspect scene.toml --state bent.vtk --set sheet.planar=false");
 }

@@ -8,6 +8,8 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use rumple::kinetics::{Library, PluginKinetics, search};
 use rumple_plugin_abi as abi;
 
+use crate::common::root;
+
 /// The packages of the shipped plugins.
 pub const SHIPPED: [&str; 9] = [
     "curvature-feedback",
@@ -28,7 +30,7 @@ pub fn directory() -> &'static Path {
         let executable = std::env::current_exe().unwrap();
         let directory = executable.parent().unwrap().parent().unwrap().to_owned();
         let mut cargo = Command::new(env!("CARGO"));
-        cargo.current_dir(env!("CARGO_MANIFEST_DIR")).arg("build").arg("--quiet");
+        cargo.current_dir(root()).arg("build").arg("--quiet");
         cargo.arg("--target-dir").arg(directory.parent().unwrap());
         for package in SHIPPED.iter().chain(&["rumple-plugin-sdk"]) {
             cargo.args(["-p", package]);
@@ -58,7 +60,7 @@ pub fn map(parameters: &[(&str, f64)]) -> BTreeMap<String, f64> {
 
 /// A library from C source with these definitions (`NAME=VALUE`).
 pub fn c_library(source: &str, name: &str, definitions: &[&str]) -> PathBuf {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = root();
     let mut cc = Command::new("cc");
     cc.args(["-std=c11", "-Wall", "-Wextra", "-Werror", "-O2", "-shared", "-fPIC"]);
     cc.arg("-Wno-unused").arg(root.join(source)).arg("-I").arg(root.join("plugins/abi/include"));
@@ -81,7 +83,7 @@ pub fn rust_library(source: &str, name: &str, cfgs: &[&str]) -> PathBuf {
     {
         let mut rustc = Command::new(std::env::var_os("RUSTC").unwrap_or("rustc".into()));
         rustc.args(["--edition", "2024", "--crate-type", "cdylib", "-O"]);
-        rustc.arg(Path::new(env!("CARGO_MANIFEST_DIR")).join(source));
+        rustc.arg(root().join(source));
         let about = ["NAME", "VERSION", "AUTHORS", "LICENSE"];
         rustc.envs(about.map(|key| (format!("CARGO_PKG_{key}"), name)));
         rustc.args(cfgs.iter().flat_map(|cfg| ["--cfg", cfg]));

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use super::build;
+use crate::common::root;
 use crate::run::program;
 
 fn rumple(folder: &Path, args: &[&str]) -> String {
@@ -99,7 +100,7 @@ fn list_and_describe_say_what_there_is() {
         assert!(text.contains(part), "{part}: {text}");
     }
     assert!(text.contains("lambda_0 = lambda_max") && text.contains("observable production"));
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/model-ii/formula.toml");
+    let scene = root().join("models/model-ii/formula.toml");
     let text = of(scene.to_str().unwrap());
     assert!(text.contains("reads       tension"), "{text}");
 }

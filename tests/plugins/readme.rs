@@ -7,7 +7,7 @@ use crate::common::prepare;
 
 /// The `number`th block of README.md in this language.
 fn block(language: &str, number: usize) -> String {
-    let text = fs::read_to_string("README.md").unwrap();
+    let text = crate::common::shipped("README.md");
     let after = text.split(&format!("```{language}\n")).nth(number + 1).unwrap();
     after.split("```").next().unwrap().to_owned()
 }

@@ -91,7 +91,7 @@ fn an_installed_program_finds_its_plugins_in_lib() {
     fs::create_dir_all(&bin).unwrap();
     fs::create_dir_all(&lib).unwrap();
     let program = bin.join("rumple");
-    fs::copy(env!("CARGO_BIN_EXE_rumple"), &program).unwrap();
+    fs::copy(crate::run::program(), &program).unwrap();
     let file = search::file_name("schnakenberg");
     fs::copy(directory().join(&file), lib.join(&file)).unwrap();
     let out = std::process::Command::new(&program)

@@ -4,7 +4,7 @@ use rumple::Simulation;
 use rumple::kinetics::PluginSearch;
 use rumple::scene::Scene;
 
-use super::program::{folder, rumple, text};
+use super::program::{folder, passes, text};
 use crate::common::prepare;
 use crate::plugins::build::rust_library;
 
@@ -32,8 +32,7 @@ fn ends(simulation: &mut Simulation, until: f64) -> Vec<f64> {
 /// What `rumple check` prints.
 fn check(scene: &str) -> String {
     let folder = folder(scene);
-    let out = rumple(folder.path(), &["check", "scene.toml"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    let out = passes(folder.path(), "check scene.toml");
     text(&out.stdout)
 }
 

@@ -5,6 +5,7 @@ use std::fs;
 
 use super::failed::{LATE_FAILURE, failing};
 use super::program::{folder, rumple, text};
+use crate::common::path;
 use crate::coupled::DOME;
 
 use rumple::kinetics::PluginSearch;
@@ -44,7 +45,7 @@ fn assert_says(message: &str, parts: &[&str]) {
 fn needles_are_blamed_on_the_mesh() {
     let folder = folder("");
     fs::write(folder.path().join("needles.obj"), needles(100.0)).unwrap();
-    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/models/hard/patch.toml");
+    let scene = &path("models/hard/patch.toml");
     let file = format!("sheet.file={}", folder.path().join("needles.obj").display());
     let message = failing(folder.path(), &[scene, "--set", &file, "--out", "a", "--quiet"]);
     assert_says(&message, &["the cause is the mesh", "times as long as high", "mesh check"]);
@@ -55,7 +56,7 @@ fn needles_are_blamed_on_the_mesh() {
 #[test]
 fn a_load_that_nothing_holds_is_blamed() {
     let folder = folder("");
-    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/models/hard/free.toml");
+    let scene = &path("models/hard/free.toml");
     let keys = ["--set", "equilibrium.max_iterations=100", "--set", "sheet.vertices=100"];
     let args = [&[scene, "--out", "a", "--quiet"], &keys[..]].concat();
     let message = failing(folder.path(), &args);
@@ -191,7 +192,7 @@ fn a_shell_that_is_turned_over_in_parts_is_no_result() {
 #[test]
 fn a_species_that_runs_away_is_named_with_the_time() {
     let folder = folder("");
-    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/models/hard/law.toml");
+    let scene = &path("models/hard/law.toml");
     let args = [scene, "--out", "a", "--quiet", "--set", "kinetics.rates.c=c^2"];
     let message = failing(folder.path(), &args);
     // 1/c(0) at the vertex with the most.
@@ -207,7 +208,7 @@ fn a_species_that_runs_away_is_named_with_the_time() {
 #[test]
 fn a_species_that_runs_away_by_an_exponential_is_named_too() {
     let folder = folder("");
-    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/models/hard/law.toml");
+    let scene = &path("models/hard/law.toml");
     let args = [scene, "--out", "a", "--quiet", "--set", "kinetics.rates.c=exp(c)"];
     let message = failing(folder.path(), &args);
     assert_says(&message, &["the cause is the chemistry", "species `c` blows up in finite time"]);

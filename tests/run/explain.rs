@@ -9,7 +9,7 @@ use rumple::effects::{
 use rumple::geometry::Shape;
 use rumple::run::{Costs, Explanation};
 
-use super::program::{folder, rumple, text};
+use super::program::{folder, passes, rumple, text};
 use super::{SMALL, prepare};
 
 /// The lines of a section.
@@ -136,8 +136,7 @@ fn an_effect_from_outside_explains_itself() {
 #[test]
 fn a_run_leaves_what_it_cost_in_shares_that_add_up() {
     let folder = folder(SMALL);
-    let out = rumple(folder.path(), &["run", "scene.toml", "--out", "result", "--quiet"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes(folder.path(), "run scene.toml --out result --quiet");
     let costs = Costs::read(&folder.path().join("result")).unwrap();
     let parts = || costs.parts.iter().chain([&costs.elsewhere]);
     let shares: f64 = parts().map(|part| part.share).sum();
@@ -153,8 +152,7 @@ fn a_run_leaves_what_it_cost_in_shares_that_add_up() {
     assert!(part("mean_curvature").seconds >= 0.0);
     assert!(parts().all(|part| part.name != "volume" && part.name != "gaussian_curvature"));
     // The scene is long since explained; this is the run.
-    let shown = rumple(folder.path(), &["explain", "result"]);
-    assert!(shown.status.success(), "{}", text(&shown.stderr));
+    let shown = passes(folder.path(), "explain result");
     assert!(text(&shown.stdout).contains("stretching"), "{}", text(&shown.stdout));
     let json = rumple(folder.path(), &["explain", "result", "--json"]);
     let json: Costs = serde_json::from_slice(&json.stdout).unwrap();
@@ -185,8 +183,7 @@ fn what_is_not_a_run_is_refused_with_its_name() {
     let out = rumple(folder.path(), &["explain", "empty"]);
     assert_eq!(out.status.code(), Some(2));
     assert!(text(&out.stderr).contains("costs.json"), "{}", text(&out.stderr));
-    let out = rumple(folder.path(), &["explain", "scene.toml", "--json"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    let out = passes(folder.path(), "explain scene.toml --json");
     let json: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
     assert_eq!(json["sections"][0]["title"], "unknowns");
 }

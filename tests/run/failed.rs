@@ -3,7 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use super::program::{folder, rumple, text};
+use super::program::{folder, passes_with, rumple, text};
+
+use crate::common::path;
 
 /// A small sheet with a law as text, which has no value from t = 0.2 on.
 pub const LATE_FAILURE: &str = r#"
@@ -103,8 +105,7 @@ fn a_run_that_fails_leaves_a_folder_that_says_why() {
     assert_eq!(causes.last().unwrap(), "the run ended");
 
     let look = ["inspect", paths[1], "--state", paths[0], "--json", "-"];
-    let out = rumple(folder.path(), &look);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    let out = passes_with(folder.path(), &look);
     let seen: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
     assert!((seen["time"].as_f64().unwrap() - 0.2).abs() < 0.01, "{}", seen["time"]);
     let frame = fs::read_to_string(&state).unwrap();
@@ -146,8 +147,7 @@ fn a_resumed_failure_fails_again_for_the_same_reason() {
         let state = "a/failure/state.vtu";
         let mended = ["run", "a/resolved.toml", "--from", state, "--out", "b", "--force"];
         let mended = [&mended[..], &["--quiet", "--set", "kinetics.rates.c=-c"]].concat();
-        let done = rumple(folder.path(), &mended);
-        assert!(done.status.success(), "{keys:?}: {}", text(&done.stderr));
+        passes_with(folder.path(), &mended);
     }
 }
 
@@ -165,7 +165,7 @@ fn the_key_of_replays_is_refused_with_what_to_do() {
 #[test]
 fn a_start_that_finds_no_rest_is_reported() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/models/hard/spot.toml");
+    let scene = &path("models/hard/spot.toml");
     let keys = [
         "--set",
         "kinetics.initial.c.gaussian.amplitude=10",

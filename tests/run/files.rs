@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use super::SMALL;
-use super::program::{folder, rumple, text};
+use super::program::{folder, passes, rumple, text};
 
 /// The small scene with a time that takes no time.
 fn short() -> String {
@@ -156,9 +156,7 @@ fn inspect_overwrites_nothing_unless_forced_and_never_what_it_reads() {
 #[test]
 fn a_dash_is_standard_output_and_no_file() {
     let folder = folder(&short());
-    let args = ["inspect", "scene.toml", "--json", "-", "--stability", "--modes", "1"];
-    let out = rumple(folder.path(), &args);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    let out = passes(folder.path(), "inspect scene.toml --json - --stability --modes 1");
     let value: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
     assert!(value["stability"].is_object());
     assert!(!folder.path().join("-").exists());

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use super::program::{folder, rumple, text};
+use super::program::{folder, passes_with, rumple, text};
 use crate::common::plots;
 use crate::plugins::build;
 
@@ -77,8 +77,7 @@ fn an_arch_is_followed_through_both_folds() {
     let folder = folder(ARCH);
     let at = folder.path();
     let args = ["follow", "scene.toml", "--along", LOAD, "--to", "-2e-3", "-o", "arch"];
-    let out = rumple(at, &args);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    let out = passes_with(at, &args);
     let told = text(&out.stdout);
     assert_eq!(told.matches("fold at effect.load").count(), 2, "{told}");
     let root = at.join("arch");
@@ -202,8 +201,7 @@ fn the_time_of_a_ramp_is_a_parameter() {
     let folder = folder(&ARCH.replace(force, ramp));
     let of = |args: &[&str], out: &str, key: &str| -> Vec<f64> {
         let given = [&["follow", "scene.toml", "-o", out][..], args].concat();
-        let done = rumple(folder.path(), &given);
-        assert!(done.status.success(), "{}", text(&done.stderr));
+        passes_with(folder.path(), &given);
         let rows = table(&folder.path().join(out));
         rows.iter().filter(|row| row["event"] == "fold").map(|row| number(row, key)).collect()
     };

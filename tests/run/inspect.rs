@@ -5,7 +5,7 @@ use rumple::run::inspect;
 use rumple::sheet::{Array, Surface};
 use serde_json::Value;
 
-use super::program::{folder, rumple, text};
+use super::program::{folder, passes, rumple, text};
 use super::{SMALL, prepare};
 
 fn numbers(value: &Value) -> Vec<f64> {
@@ -243,8 +243,7 @@ fn inspect_prints_an_overview_and_all_numbers_only_if_asked() {
 fn a_state_with_a_species_out_of_its_range_is_refused() {
     let directory = folder(SMALL);
     let path = directory.path();
-    let done = rumple(path, &["inspect", "scene.toml", "--vtu", "start.vtu"]);
-    assert!(done.status.success(), "{}", text(&done.stderr));
+    passes(path, "inspect scene.toml --vtu start.vtu");
     let mut state = rumple::sheet::read::surface(path.join("start.vtu")).unwrap();
     state.point_arrays.iter_mut().find(|a| a.name == "c").unwrap().values[13] = -5.0;
     let (_, mut simulation) = prepare(&[]);
@@ -283,8 +282,7 @@ fn a_frame_is_inspected_at_its_time() {
                 ramp = { formula = \"t\" }";
     let folder = folder(&SMALL.replace("# more effects", load));
     let path = folder.path();
-    let out = rumple(path, &["run", "scene.toml", "--out", "out", "--set", "time.until=0.02"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes(path, "run scene.toml --out out --set time.until=0.02");
     let mut frames: Vec<_> =
         path.join("out/frames").read_dir().unwrap().map(|f| f.unwrap().path()).collect();
     frames.sort();
@@ -356,8 +354,7 @@ fn the_time_of_a_state_is_that_of_its_frame_or_the_one_asked_for() {
                 ramp = { formula = \"t\" }";
     let folder = folder(&SMALL.replace("# more effects", load));
     let path = folder.path();
-    let done = rumple(path, &["run", "scene.toml", "--out", "out", "--set", "time.until=0.02"]);
-    assert!(done.status.success(), "{}", text(&done.stderr));
+    passes(path, "run scene.toml --out out --set time.until=0.02");
     let inspect = |more: &[&str]| {
         let state = ["inspect", "scene.toml", "--state", "out/frames/frame_000001.vtu"];
         let done = rumple(path, &[&state[..], more].concat());

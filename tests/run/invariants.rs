@@ -8,8 +8,9 @@ use rumple::kinetics::PluginSearch;
 use rumple::output::ledger::value;
 use rumple::scene::Scene;
 
-use super::program::{folder, rumple, text};
+use super::program::{folder, passes, rumple, text};
 use crate::common;
+use crate::common::shipped;
 use crate::coupled::DOME;
 use crate::plugins::build;
 
@@ -124,8 +125,7 @@ fn a_scene_that_keeps_all_laws_and_one_that_lists_none() {
     }
     let plain = FREE.to_owned();
     std::fs::write(folder.path().join("plain.toml"), plain).unwrap();
-    let out = rumple(folder.path(), &["run", "plain.toml", "--out", "plain"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes(folder.path(), "run plain.toml --out plain");
     let [held, free] = ["result", "plain"].map(|name| Ledger::of(&folder.path().join(name)));
     let added: Vec<&String> = held.names.iter().filter(|name| !free.names.contains(name)).collect();
     let expected = [
@@ -341,7 +341,7 @@ fn a_load_that_is_not_balanced_is_caught() {
 /// The pole of a sphere that is pushed through the other one.
 #[test]
 fn a_sheet_that_passes_through_itself_is_caught() {
-    let scene = &std::fs::read_to_string("models/hard/pushed.toml").unwrap();
+    let scene = &shipped("models/hard/pushed.toml");
     let ledger = kept(scene, "crossings = true", &["time.until=0.83"]);
     assert!(ledger.last("crossings [pairs of triangles]") > 5.0);
     assert_eq!(ledger.column("crossings [pairs of triangles]")[0], 0.0);

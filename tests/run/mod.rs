@@ -89,5 +89,5 @@ pub fn final_state(overrides: &[&str]) -> rumple::model::State {
 }
 
 pub fn program() -> PathBuf {
-    env!("CARGO_BIN_EXE_rumple").into()
+    env!("CARGO_BIN_EXE_rumple-tested").into()
 }

@@ -1,6 +1,6 @@
 //! Output times nearer to each other than the integrator's own steps.
 
-use super::program::{folder, rumple, text};
+use super::program::{folder, passes_with, text};
 use crate::common::prepare;
 
 const SHEET: &str = r#"
@@ -38,8 +38,7 @@ fn steps_that_end_at_output_times_are_counted() {
     let said = |keys: &[&str]| {
         let mut args = vec!["run", "scene.toml", "--out", "out", "--force"];
         keys.iter().for_each(|key| args.extend(["--set", key]));
-        let out = rumple(folder.path(), &args);
-        assert!(out.status.success(), "{}", text(&out.stderr));
+        let out = passes_with(folder.path(), &args);
         text(&out.stdout)
     };
     let few = ["output.every=2.5", "time.until=5", "time.integrator='monolithic'"];

@@ -11,7 +11,7 @@ use rumple::run::{ranks, resume};
 use rumple::scene::Scene;
 use rumple::{Error, Simulation};
 
-use super::program::{folder, rumple, text};
+use super::program::{folder, passes, rumple, text};
 use crate::coupled::ranks::ThreadRank;
 
 const SCENE: &str = "sheet = { shape = 'disc', radius = 2.0, vertices = 60 }
@@ -53,8 +53,7 @@ fn refusals(root: &Path, size: usize) -> Vec<String> {
 #[test]
 fn a_complete_run_without_checkpoints_is_called_complete_on_other_ranks() {
     let here = folder(SCENE);
-    let out = rumple(here.path(), &["run", "scene.toml", "--out", "done", "--quiet"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes(here.path(), "run scene.toml --out done --quiet");
     let root = here.path().join("done");
     let checkpoints = root.join("checkpoints");
     if checkpoints.is_dir() {

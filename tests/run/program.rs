@@ -21,6 +21,18 @@ pub fn rumple(directory: &Path, args: &[&str]) -> Output {
         .unwrap()
 }
 
+/// Runs the program, which must succeed.
+pub fn passes_with(directory: &Path, args: &[&str]) -> Output {
+    let out = rumple(directory, args);
+    assert!(out.status.success(), "{args:?}: {}", text(&out.stderr));
+    out
+}
+
+/// [`passes_with`] the arguments that blanks separate.
+pub fn passes(directory: &Path, words: &str) -> Output {
+    passes_with(directory, &words.split_whitespace().collect::<Vec<_>>())
+}
+
 pub fn folder(scene: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.toml"), scene).unwrap();
@@ -34,8 +46,7 @@ pub fn text(bytes: &[u8]) -> String {
 #[test]
 fn a_run_writes_what_it_promises() {
     let folder = folder(SMALL);
-    let out = rumple(folder.path(), &["run", "scene.toml", "--out", "result"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes(folder.path(), "run scene.toml --out result");
     let result = folder.path().join("result");
     let pvd = fs::read_to_string(result.join("sheet.pvd")).unwrap();
     for time in ["timestep=\"0\"", "timestep=\"0.25\"", "timestep=\"0.5\""] {
@@ -55,8 +66,7 @@ fn a_run_writes_what_it_promises() {
     let provenance = fs::read_to_string(result.join("provenance.json")).unwrap();
     assert!(provenance.contains("libcurvature_feedback"), "{provenance}");
     // The resolved scene runs again, to the same last frame.
-    let again = rumple(folder.path(), &["run", "result/resolved.toml", "--out", "again"]);
-    assert!(again.status.success(), "{}", text(&again.stderr));
+    passes(folder.path(), "run result/resolved.toml --out again");
     let frame = |name: &str| fs::read(folder.path().join(name).join("frames/frame_000002.vtu"));
     assert_eq!(frame("result").unwrap(), frame("again").unwrap());
     // A frame is a state: inspecting it gives an equilibrium.
@@ -77,8 +87,7 @@ fn a_run_writes_what_it_promises() {
 #[test]
 fn an_existing_result_is_not_overwritten_without_force() {
     let folder = folder(&SMALL.replace("until = 0.5", "until = 0.02"));
-    let first = rumple(folder.path(), &["run", "scene.toml", "--out", "result", "--quiet"]);
-    assert!(first.status.success(), "{}", text(&first.stderr));
+    let first = passes(folder.path(), "run scene.toml --out result --quiet");
     assert!(first.stdout.is_empty());
     let second = rumple(folder.path(), &["run", "scene.toml", "--out", "result"]);
     assert_eq!(second.status.code(), Some(2));
@@ -95,8 +104,7 @@ fn totals_of_amounts_are_over_rest_areas() {
             .replace("[kinetics]", "[kinetics]\nmeasure = \"amount\"")
             .replace("c_star = 0.1", "c_star = 0.02, w = 0.0, beta = 0.0"),
     );
-    let out = rumple(folder.path(), &["run", "scene.toml", "--out", "result"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes(folder.path(), "run scene.toml --out result");
     let ledger = fs::read_to_string(folder.path().join("result/ledger.csv")).unwrap();
     let rows: Vec<Vec<&str>> = ledger.lines().map(|row| row.split(',').collect()).collect();
     let column = rows[0].iter().position(|name| *name == "total c").unwrap();
@@ -110,8 +118,7 @@ fn totals_of_amounts_are_over_rest_areas() {
 #[test]
 fn a_state_without_the_species_is_refused() {
     let folder = folder(&SMALL.replace("until = 0.5", "until = 0.02"));
-    let out = rumple(folder.path(), &["run", "scene.toml", "--out", "result"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes(folder.path(), "run scene.toml --out result");
     let frame = fs::read_to_string(folder.path().join("result/frames/frame_000000.vtu")).unwrap();
     let renamed = frame.replace("Name=\"c\"", "Name=\"other\"");
     assert_ne!(frame, renamed);
@@ -292,25 +299,21 @@ fn a_point_has_a_ledger_and_no_frames() {
         "[sheet]\nshape = \"point\"\n[kinetics]\nplugin = \"brusselator\"\n\
          initial = { u = 1.0, v = 1.0 }\n[time]\nintegrator = \"monolithic\"\nuntil = 5.0\n",
     );
-    let out = rumple(folder.path(), &["run", "scene.toml", "--out", "result"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes(folder.path(), "run scene.toml --out result");
     let ledger = fs::read_to_string(folder.path().join("result/ledger.csv")).unwrap();
     assert!(ledger.lines().next().unwrap().ends_with("wall time [s],u,v"), "{ledger}");
     assert!(ledger.lines().last().unwrap().split(',').nth(1) == Some("5"), "{ledger}");
     assert!(!folder.path().join("result/sheet.pvd").exists());
-    let check = rumple(folder.path(), &["check", "scene.toml"]);
-    assert!(check.status.success(), "{}", text(&check.stderr));
+    passes(folder.path(), "check scene.toml");
 }
 
 /// A run starts from a frame of another: the same positions and species, relaxed as every start is.
 #[test]
 fn a_run_starts_from_a_state() {
     let folder = folder(SMALL);
-    let first = rumple(folder.path(), &["run", "scene.toml", "--out", "first"]);
-    assert!(first.status.success(), "{}", text(&first.stderr));
+    passes(folder.path(), "run scene.toml --out first");
     let from = "first/frames/frame_000002.vtu";
-    let out = rumple(folder.path(), &["run", "scene.toml", "--from", from, "--out", "second"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes_with(folder.path(), &["run", "scene.toml", "--from", from, "--out", "second"]);
     let json = fs::read_to_string(folder.path().join("second/provenance.json")).unwrap();
     let provenance: serde_json::Value = serde_json::from_str(&json).unwrap();
     let digest = Sha256::digest(fs::read(folder.path().join(from)).unwrap());

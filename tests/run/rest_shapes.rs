@@ -7,7 +7,7 @@ use rumple::Vec3;
 use rumple::sheet::write::MeshFormat;
 use rumple::sheet::{Shape, Sheet, generate, write};
 
-use super::program::{folder, rumple, text};
+use super::program::{folder, passes, passes_with, rumple, text};
 use super::resumed::{assert_same, checkpoints, stopped};
 
 const SCENE: &str = "
@@ -61,14 +61,12 @@ fn rest_shapes_go_on_with_the_same_bits_under_every_policy() {
         meshes(folder.path());
         let mut args = vec!["run", "scene.toml", "--out", "whole", "--quiet"];
         args.extend(keys.iter().flat_map(|key| ["--set", *key]));
-        let out = rumple(folder.path(), &args);
-        assert!(out.status.success(), "{keys:?}: {}", text(&out.stderr));
+        passes_with(folder.path(), &args);
         let (whole, part) = (folder.path().join("whole"), folder.path().join("part"));
         let count = checkpoints(&whole).len();
         assert!(count > 1, "{keys:?}");
         stopped(&whole, &part, (count - 1) / 2);
-        let out = rumple(folder.path(), &["resume", "part", "--quiet"]);
-        assert!(out.status.success(), "{keys:?}: {}", text(&out.stderr));
+        passes(folder.path(), "resume part --quiet");
         assert_same(&whole, &part, &format!("{keys:?}"));
     }
 }
@@ -78,8 +76,7 @@ fn rest_shapes_go_on_with_the_same_bits_under_every_policy() {
 fn a_run_is_not_continued_with_another_rest_shape() {
     let folder = folder(SCENE);
     meshes(folder.path());
-    let out = rumple(folder.path(), &["run", "scene.toml", "--out", "whole", "--quiet"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes(folder.path(), "run scene.toml --out whole --quiet");
     let part = folder.path().join("part");
     stopped(&folder.path().join("whole"), &part, 0);
     fs::copy(folder.path().join("cap.obj"), folder.path().join("flatter.obj")).unwrap();
@@ -102,8 +99,7 @@ fn a_run_is_not_continued_with_another_thickness() {
     let (_, mesh) = crate::scene::fields::written(folder.path());
     let thickness = folder.path().join("mesh-h.vtk");
     fs::copy(&mesh, &thickness).unwrap();
-    let out = rumple(folder.path(), &["run", "scene.toml", "--out", "whole", "--quiet"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes(folder.path(), "run scene.toml --out whole --quiet");
     let part = folder.path().join("part");
     stopped(&folder.path().join("whole"), &part, 0);
     let other = fs::read_to_string(&thickness).unwrap().replace("0.625", "0.75");
@@ -123,8 +119,7 @@ fn a_shell_at_rest_stays_and_is_told_to_be_free_of_stress() {
          time.until = 1.0",
     );
     meshes(folder.path());
-    let out = rumple(folder.path(), &["check", "scene.toml"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    let out = passes(folder.path(), "check scene.toml");
     assert!(!text(&out.stdout).contains("not free of stress"), "{}", text(&out.stdout));
     let out = rumple(folder.path(), &["check", "scene.toml", "--set", "effect.bending.rest=flat"]);
     assert!(text(&out.stdout).contains("bending.rest = \"mesh\""), "{}", text(&out.stdout));

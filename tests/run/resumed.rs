@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use super::program::{folder, rumple, text};
+use super::program::{folder, passes, passes_with, rumple, text};
 use super::{SMALL, program};
 use crate::common::Noise;
 use crate::plugins::build;
@@ -210,8 +210,7 @@ fn an_interruption_writes_a_checkpoint() {
         let status = fs::read_to_string(other.join("status.json")).unwrap();
         assert!(status.contains("\"interrupted\""), "{status}");
         assert!(!checkpoints(&other).is_empty());
-        let done = rumple(folder.path(), &["resume", out]);
-        assert!(done.status.success(), "{}", text(&done.stderr));
+        let done = passes_with(folder.path(), &["resume", out]);
         assert!(text(&done.stderr).contains("going on from"), "{}", text(&done.stderr));
         let provenance = fs::read_to_string(other.join("provenance.json")).unwrap();
         assert!(provenance.contains("\"resumed\""), "{status}");
@@ -291,8 +290,7 @@ fn what_cannot_go_on_says_why_and_what_can() {
     let middle = bytes.len() / 2;
     bytes[middle] ^= 1;
     fs::write(&path, &bytes).unwrap();
-    let out = rumple(folder.path(), &["resume", "damaged"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    let out = passes(folder.path(), "resume damaged");
     assert!(
         text(&out.stderr).contains("is damaged: its checksum is wrong"),
         "{}",
@@ -307,8 +305,7 @@ fn what_cannot_go_on_says_why_and_what_can() {
     refused("short", "is damaged");
 
     // Further than it was to go.
-    let out = rumple(folder.path(), &["resume", "whole", "--until", "0.25"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes(folder.path(), "resume whole --until 0.25");
     let ledger = fs::read_to_string(whole.join("ledger.csv")).unwrap();
     assert!(ledger.lines().last().unwrap().split(',').nth(1) == Some("0.25"), "{ledger}");
     refused("whole", "the run is complete, at time 0.25");

@@ -5,7 +5,9 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::program::{folder, rumple, text};
+use super::program::{folder, passes, rumple, text};
+
+use crate::common::shipped;
 
 /// What standard output and standard error say, and the status.
 fn ran(folder: &Path, code: i32, keys: &[&str]) -> (String, String, Value) {
@@ -21,7 +23,7 @@ fn ran(folder: &Path, code: i32, keys: &[&str]) -> (String, String, Value) {
 /// It ended with code 0 and no word.
 #[test]
 fn a_run_tells_that_the_sheet_passes_through_itself() {
-    let scene = fs::read_to_string("models/hard/pushed.toml").unwrap();
+    let scene = shipped("models/hard/pushed.toml");
     let directory = folder(&scene);
     let (said, errors, status) = ran(directory.path(), 0, &[]);
     let pairs = status["crossings"].as_u64().unwrap();
@@ -76,7 +78,7 @@ fn a_run_tells_that_pins_hold_the_sheet_inside_an_obstacle() {
 
 #[test]
 fn sweeps_and_comparisons_name_members_whose_sheet_passes_through_itself() {
-    let directory = folder(&fs::read_to_string("models/hard/pushed.toml").unwrap());
+    let directory = folder(&shipped("models/hard/pushed.toml"));
     let said = |args: &[&str]| {
         let out = rumple(directory.path(), args);
         assert!(out.status.success(), "{}", text(&out.stderr));
@@ -100,8 +102,7 @@ fn a_closed_sheet_that_is_turned_inside_out_is_told() {
                  effect = [{ kind = \"stretching\" }]\ntime.until = 1.0\n";
     let directory = folder(scene);
     let path = directory.path();
-    let out = rumple(path, &["inspect", "scene.toml", "--vtu", "start.vtu"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes(path, "inspect scene.toml --vtu start.vtu");
     let start = rumple::sheet::read::surface(path.join("start.vtu")).unwrap();
     let points: Vec<rumple::Vec3> = start.points.iter().map(|x| -x).collect();
     // The reader would turn a mesh over, the states of a run it takes as they are.
@@ -130,7 +131,7 @@ fn a_closed_sheet_that_is_turned_inside_out_is_told() {
 
 #[test]
 fn the_report_of_a_failure_tells_that_the_sheet_passes_through_itself() {
-    let scene = fs::read_to_string("models/hard/pushed.toml").unwrap();
+    let scene = shipped("models/hard/pushed.toml");
     let directory = folder(&scene);
     let (_, _, status) = ran(directory.path(), 1, &["kinetics.rates.c=\"sqrt(0.95 - t)\""]);
     let report = fs::read_to_string(directory.path().join("result/failure/report.md")).unwrap();

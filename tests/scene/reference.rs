@@ -8,6 +8,9 @@ use std::process::Command;
 
 use super::refused;
 
+use crate::common::shipped;
+use crate::run::program;
+
 const UNKNOWN: &str = "impossible";
 
 const SHEET: &str = "sheet = { shape = \"disc\", radius = 10.0, vertices = 300 }";
@@ -210,8 +213,7 @@ fn accepted(table: &str) -> BTreeSet<String> {
 
 /// The tables under a heading of a page of the reference: rows of cells, the first of which is the header.
 fn tables(page: &str, heading: &str) -> Vec<Vec<Vec<String>>> {
-    let path = format!("docs/book/reference/{page}.md");
-    let text = std::fs::read_to_string(&path).unwrap();
+    let text = shipped(&format!("docs/book/reference/{page}.md"));
     let (mut inside, mut within) = (false, false);
     let mut tables: Vec<Vec<Vec<String>>> = Vec::new();
     for line in text.lines() {
@@ -229,7 +231,7 @@ fn tables(page: &str, heading: &str) -> Vec<Vec<Vec<String>>> {
             tables.last_mut().unwrap().push(cells.collect());
         }
     }
-    assert!(!tables.is_empty(), "no table under {heading} in {path}");
+    assert!(!tables.is_empty(), "no table under {heading} in {page}");
     tables
 }
 
@@ -296,15 +298,14 @@ fn every_effect_and_table_is_in_the_reference() {
 
 #[test]
 fn every_command_and_option_is_in_the_reference() {
-    let page = |name: &str| std::fs::read_to_string(format!("docs/book/{name}.md")).unwrap();
+    let page = |name: &str| shipped(&format!("docs/book/{name}.md"));
     let rows = page("reference/command-line");
     // Options of the two commands with pages of their own stand there.
     let pages = [rows.clone(), page("manual/accuracy"), page("manual/sweeps")].concat();
     let mut left = vec![Vec::<String>::new()];
     let mut missing = Vec::new();
     while let Some(path) = left.pop() {
-        let program = env!("CARGO_BIN_EXE_rumple");
-        let help = Command::new(program).args(&path).arg("--help").output().unwrap();
+        let help = Command::new(program()).args(&path).arg("--help").output().unwrap();
         let help = String::from_utf8(help.stdout).unwrap();
         let commands = help.split_once("\nCommands:\n").map_or("", |(_, list)| list);
         let names = commands.lines().take_while(|line| !line.is_empty());

@@ -1,6 +1,6 @@
 //! Keys, names and kinds that are not known.
 
-use super::errors::wrong;
+use super::errors::all_wrong;
 use super::{SCENE, position, refused};
 
 /// `"vtu"` is what resolved scenes of earlier versions say.
@@ -17,136 +17,70 @@ fn the_format_of_frames_is_gone() {
 
 #[test]
 fn unknown_keys_show_the_allowed_ones_and_the_nearest() {
-    wrong(
-        "young = 1e6",
-        "yung = 1e6",
-        "yung",
-        "unknown key yung in [material]",
-        Some("did you mean young? allowed: young, poisson, thickness, drag"),
-    );
-    wrong(
-        "weight = \"paper\"",
-        "wight = \"paper\"",
-        "wight",
-        "unknown key wight in effect[0]",
-        Some("did you mean weight? allowed: kind, stiffness, weight, share, anchors"),
-    );
-    wrong(
-        "vertices = 20000",
-        "vertices = 20000\nheight = 3",
-        "height",
-        "unknown key height in [sheet]",
-        Some("allowed: shape, file, planar, imperfection, bump, radius, vertices, seed"),
-    );
-    wrong(
-        "amplitude = 0.5",
-        "height = 0.5",
-        "height",
-        "unknown key height in [kinetics.initial.c.gaussian]",
-        Some("allowed: centre, width, amplitude, background"),
-    );
-    wrong(
-        "rtol = 1e-3",
-        "rtl = 1e-3",
-        "rtl",
-        "unknown key rtl in [time.integrator]",
-        Some("did you mean rtol? allowed: kind, method, rtol, atol, step, linear"),
-    );
-    wrong(
-        "kind = \"test-weightless\"",
-        "kind = \"test-weightless\"\nstrength = 1",
-        "strength",
-        "unknown key strength in effect[1]",
-        Some("allowed: kind"),
-    );
-    wrong(
-        "[output]",
-        "[outputs]",
-        "outputs",
-        "unknown key outputs",
-        Some(
-            "did you mean output? \
-             allowed: sheet, material, effect, kinetics, time, equilibrium, stability, invariants, output, checkpoint",
-        ),
-    );
-    wrong(
-        "shape = \"disc\"",
-        "shap = \"disc\"",
-        "shap",
-        "unknown key shap in [sheet]",
-        Some(
-            "did you mean shape? allowed: shape, file, planar, imperfection, bump, vertices, seed, \
-             radius, width, height, inner, outer, irregular, caps, major, minor, semi_axes, \
-             amplitude, wavelength, z",
-        ),
-    );
-    wrong(
-        "shape = \"disc\"",
-        "file = \"disc.obj\"",
-        "radius",
-        "unknown key radius in [sheet]",
-        Some("allowed: file, planar, imperfection, bump"),
+    all_wrong(
+        r#"
+young = 1e6 | yung = 1e6 | yung
+    unknown key yung in [material]
+    did you mean young? allowed: young, poisson, thickness, drag
+weight = "paper" | wight = "paper" | wight
+    unknown key wight in effect[0]
+    did you mean weight? allowed: kind, stiffness, weight, share, anchors
+vertices = 20000 | vertices = 20000\nheight = 3 | height
+    unknown key height in [sheet]
+    allowed: shape, file, planar, imperfection, bump, radius, vertices, seed
+amplitude = 0.5 | height = 0.5 | height
+    unknown key height in [kinetics.initial.c.gaussian]
+    allowed: centre, width, amplitude, background
+rtol = 1e-3 | rtl = 1e-3 | rtl
+    unknown key rtl in [time.integrator]
+    did you mean rtol? allowed: kind, method, rtol, atol, step, linear
+kind = "test-weightless" | kind = "test-weightless"\nstrength = 1 | strength
+    unknown key strength in effect[1]
+    allowed: kind
+[output] | [outputs] | outputs
+    unknown key outputs
+    did you mean output? allowed: sheet, material, effect, kinetics, time, equilibrium, stability, invariants, output, checkpoint
+shape = "disc" | shap = "disc" | shap
+    unknown key shap in [sheet]
+    did you mean shape? allowed: shape, file, planar, imperfection, bump, vertices, seed, radius, width, height, inner, outer, irregular, caps, major, minor, semi_axes, amplitude, wavelength, z
+shape = "disc" | file = "disc.obj" | radius
+    unknown key radius in [sheet]
+    allowed: file, planar, imperfection, bump
+"#,
     );
 }
 
 #[test]
 fn a_key_of_another_kind_says_whose_it_is() {
-    wrong(
-        "method = \"descent\"",
-        "method = \"newton\"\npreconditioner = \"blocks\"",
-        "preconditioner",
-        "unknown key preconditioner in [equilibrium]",
-        Some(
-            "preconditioner belongs to method = \"lbfgs\"; \
-             allowed: method, tolerance, max_iterations, path_error, area_share, linear_solver",
-        ),
-    );
-    wrong(
-        "rtol = 1e-3",
-        "shape = \"euler\"",
-        "shape = \"euler\"",
-        "unknown key shape in [time.integrator]",
-        Some(
-            "shape belongs to kind = \"staggered\"; allowed: kind, method, rtol, atol, step, linear",
-        ),
+    all_wrong(
+        r#"
+method = "descent" | method = "newton"\npreconditioner = "blocks" | preconditioner
+    unknown key preconditioner in [equilibrium]
+    preconditioner belongs to method = "lbfgs"; allowed: method, tolerance, max_iterations, path_error, area_share, linear_solver
+rtol = 1e-3 | shape = "euler" | shape = "euler"
+    unknown key shape in [time.integrator]
+    shape belongs to kind = "staggered"; allowed: kind, method, rtol, atol, step, linear
+"#,
     );
 }
 
 #[test]
 fn unknown_names_show_the_allowed_ones_and_the_nearest() {
-    wrong(
-        "\"disc\"",
-        "\"disk\"",
-        "\"disk\"",
-        "sheet: unknown shape \"disk\"",
-        Some(
-            "did you mean disc? allowed: disc, rectangle, lattice, annulus, sphere, cylinder, cap, \
-             torus, ellipsoid, wavy-strip, graph, point",
-        ),
-    );
-    wrong(
-        "\"none\"",
-        "\"zlip\"",
-        "\"zlip\"",
-        "output.compression: unknown name \"zlip\"",
-        Some("did you mean zlib? allowed: zlib, none"),
-    );
-    wrong(
-        "\"paper\"",
-        "\"papr\"",
-        "\"papr\"",
-        "effect[0].weight: unknown name \"papr\"",
-        Some("did you mean paper? allowed: optimal-area, paper"),
-    );
-    wrong(
-        "gaussian",
-        "gausian",
-        "gausian",
-        "kinetics.initial.c: unknown name \"gausian\"",
-        Some(
-            "did you mean gaussian? allowed: file, gaussian, rectangle, stripe, spots, random, \
-             formula",
-        ),
+    all_wrong(
+        r#"
+"disc" | "disk" | "disk"
+    sheet: unknown shape "disk"
+    did you mean disc? allowed: disc, rectangle, lattice, annulus, sphere, cylinder, cap, torus, ellipsoid, wavy-strip, graph, point
+"none" | "zlip" | "zlip"
+    output.compression: unknown name "zlip"
+    did you mean zlib? allowed: zlib, none
+"paper" | "papr" | "papr"
+    effect[0].weight: unknown name "papr"
+    did you mean paper? allowed: optimal-area, paper
+gaussian | gausian | gausian
+    kinetics.initial.c: unknown name "gausian"
+    did you mean gaussian? allowed: file, gaussian, rectangle, stripe, spots, random, formula
+"#,
     );
 }
 

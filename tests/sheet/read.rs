@@ -1,12 +1,14 @@
 //! Readers: files of other programs, faults with their line, and hostile files.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use proptest::prelude::*;
 use rumple::sheet::{Shape, Surface, generate, read, write};
 
+use crate::common::root;
+
 pub fn data(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
+    root().join("tests/data").join(name)
 }
 
 /// Reads these bytes as a file with this ending.

@@ -5,6 +5,8 @@ use rumple::sheet::{Shape, Sheet, generate};
 
 use super::read::parsed;
 
+use crate::common::path;
+
 const ENDINGS: [&str; 3] = ["obj", "vtu", "vtp"];
 
 fn written(sheet: &Sheet, ending: &str) -> Vec<u8> {
@@ -35,7 +37,7 @@ fn every_format_reads_back_with_the_same_bits() {
 #[ignore = "needs Python with the vtk package in RUMPLE_PYTHON; tests/run.sh runs it"]
 fn real_vtk_reads_meshes() {
     let python = std::env::var("RUMPLE_PYTHON").expect("RUMPLE_PYTHON names the interpreter");
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/scripts/digest_mesh.py");
+    let script = path("tests/scripts/digest_mesh.py");
     let folder = tempfile::tempdir().unwrap();
     let sheet = generate(&Shape::Disc { radius: 1.0 }, 20_000, 1).unwrap();
     let mut hasher = <sha2::Sha256 as sha2::Digest>::new();
@@ -50,7 +52,7 @@ fn real_vtk_reads_meshes() {
     for ending in &ENDINGS[1..] {
         let path = folder.path().join(format!("disc.{ending}"));
         std::fs::write(&path, written(&sheet, ending)).unwrap();
-        let output = std::process::Command::new(&python).arg(script).arg(&path).output().unwrap();
+        let output = std::process::Command::new(&python).arg(&script).arg(&path).output().unwrap();
         let text = String::from_utf8_lossy(&output.stdout);
         let complaints = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success() && complaints.is_empty(), "{ending}: {text}{complaints}");

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::run::program::{rumple, text};
+use crate::run::program::{passes, rumple, text};
 
 /// Templates with a shorter end and a coarser mesh.
 const TEMPLATES: [(&str, &[&str]); 5] = [
@@ -81,8 +81,7 @@ fn nothing_is_overwritten_and_wrong_names_are_told() {
 #[test]
 fn a_schema_is_written_beside_and_named_first() {
     let folder = tempfile::tempdir().unwrap();
-    let out = rumple(folder.path(), &["new", "mine", "--from", "own-law", "--schema"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes(folder.path(), "new mine --from own-law --schema");
     let scene = fs::read_to_string(folder.path().join("mine.toml")).unwrap();
     assert!(scene.starts_with("#:schema ./rumple.schema.json\n# A law of your own"), "{scene}");
     let schema = fs::read_to_string(folder.path().join("rumple.schema.json")).unwrap();

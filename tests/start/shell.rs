@@ -3,7 +3,7 @@
 use std::fs;
 use std::process::Command;
 
-use crate::run::program::{rumple, text};
+use crate::run::program::{passes, passes_with, rumple, text};
 
 #[test]
 fn completions_are_scripts_that_the_shell_reads() {
@@ -11,8 +11,7 @@ fn completions_are_scripts_that_the_shell_reads() {
     for (shell, mark) in
         [("bash", "complete -F"), ("zsh", "#compdef rumple"), ("fish", "complete -c rumple")]
     {
-        let out = rumple(folder.path(), &["completions", shell]);
-        assert!(out.status.success(), "{}", text(&out.stderr));
+        let out = passes_with(folder.path(), &["completions", shell]);
         let script = text(&out.stdout);
         for word in [mark, "accuracy", "plugin-path", "own-law"] {
             assert!(script.contains(word), "{shell} without {word}");
@@ -42,8 +41,7 @@ fn completions_are_scripts_that_the_shell_reads() {
 #[test]
 fn every_command_has_a_man_page() {
     let folder = tempfile::tempdir().unwrap();
-    let out = rumple(folder.path(), &["man", "pages"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes(folder.path(), "man pages");
     let read = |name: &str| fs::read_to_string(folder.path().join("pages").join(name)).unwrap();
     let main = read("rumple.1");
     for section in [".SH NAME", ".SH SYNOPSIS", ".SH DESCRIPTION", ".SH OPTIONS", ".SH SUBCOMMANDS"]

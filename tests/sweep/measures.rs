@@ -7,8 +7,9 @@ use rumple::Vec3;
 use rumple::study::{Measures, measure};
 
 use super::{folder, number, rows, rumple, text};
-use crate::common::prepare;
+use crate::common::{path, prepare};
 use crate::run::SMALL;
+use crate::run::program::{passes, passes_with};
 
 /// Discs of c = 1 with a smooth edge, around `centres`, on a rectangle of 40 × 20 with 6000 vertices.
 fn measured(location: &str, centres: &[(f64, f64)], radius: f64, level: Option<f64>) -> Measures {
@@ -116,19 +117,10 @@ fn ever_finer_meshes_say_what_converges() {
         "sheet = { shape = 'rectangle', width = 40.0, height = 20.0, vertices = 300 }\ntime = { until = 0.1 }\n\
          kinetics = { rates = { c = '0*c' }, initial = { c = { formula = 'exp(-0.02*(x^2 + y^2))' } } }\n",
     );
-    let args = [
-        "sweep",
-        "scene.toml",
-        "--refine",
-        "--set",
-        "sheet.vertices=500",
-        "--seeds",
-        "3",
-        "--out",
-        "sweep",
-    ];
-    let ran = rumple(folder.path(), &args);
-    assert!(ran.status.success(), "{}", text(&ran.stderr));
+    passes(
+        folder.path(),
+        "sweep scene.toml --refine --set sheet.vertices=500 --seeds 3 --out sweep",
+    );
     let table = fs::read_to_string(folder.path().join("sweep/refinement.csv")).unwrap();
     let mut lines = table.lines();
     assert_eq!(lines.next(), Some("measure,500,1000,2000,order,limit"));
@@ -167,8 +159,7 @@ fn a_pattern_that_the_mesh_does_not_resolve_is_named() {
     let args = ["sweep", "scene.toml", "--seeds", "2", "--level", "nan"];
     assert_eq!(rumple(folder.path(), &args).status.code(), Some(2));
     let over = "sheet.vertices=500,8000";
-    let ran = rumple(folder.path(), &["sweep", "scene.toml", "--over", over, "--out", "sweep"]);
-    assert!(ran.status.success(), "{}", text(&ran.stderr));
+    passes_with(folder.path(), &["sweep", "scene.toml", "--over", over, "--out", "sweep"]);
     let page = fs::read_to_string(folder.path().join("sweep/sweep.md")).unwrap();
     let named: Vec<&str> = page.lines().filter(|line| line.contains("edges wide")).collect();
     assert!(named.len() == 1 && named[0].contains("500"), "{page}");
@@ -196,7 +187,7 @@ fn the_level_decides_what_a_spot_is() {
 #[ignore = "needs Python with the vtk package in RUMPLE_PYTHON; tests/run.sh runs it"]
 fn measures_are_those_of_a_script_with_real_vtk() {
     let python = std::env::var("RUMPLE_PYTHON").expect("RUMPLE_PYTHON names the interpreter");
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/scripts/measure.py");
+    let script = path("tests/scripts/measure.py");
     let folder = folder(&SMALL.replace("[output]", "[output]\nfields = [\"c\"]"));
     let args = ["sweep", "scene.toml", "--out", "out", "--level", "0.05"];
     let over = ["--over", "kinetics.location=vertex,face"];
@@ -207,7 +198,7 @@ fn measures_are_those_of_a_script_with_real_vtk() {
         let frame = root.join("members").join(&row["member"]).join("frames/frame_000002.vtu");
         let args = ["--array", "c", "--threshold", "0.05"];
         let out =
-            Command::new(&python).arg(script).arg(frame).args(args).args(cells).output().unwrap();
+            Command::new(&python).arg(&script).arg(frame).args(args).args(cells).output().unwrap();
         assert!(out.status.success(), "{}", text(&out.stderr));
         let found: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
         assert_eq!(number(row, "spots"), found["regions"].as_f64().unwrap());

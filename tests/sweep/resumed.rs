@@ -7,6 +7,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use super::{GROWING, folder, rows, rumple, statuses, text};
+use crate::run::program::{passes, passes_with};
 
 const ARGS: [&str; 8] = [
     "sweep",
@@ -73,8 +74,7 @@ fn a_sweep_that_was_killed_goes_on_with_the_members_that_are_left() {
     let ledger = fs::read(first.join("ledger.csv")).unwrap();
 
     // What there is can be gathered.
-    let out = rumple(folder.path(), &["sweep", "collect", "out"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes(folder.path(), "sweep collect out");
     let table = folder.path().join("out/sweep.csv");
     let half = rows(&table);
     assert_eq!(statuses(&half)[..2], ["complete", "interrupted"]);
@@ -95,8 +95,7 @@ fn a_sweep_that_was_killed_goes_on_with_the_members_that_are_left() {
     // The same command continues, with one more value.
     let mut args = ARGS;
     args[5] = "material.thickness=0.5..0.9:5,2";
-    let out = rumple(folder.path(), &args);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes_with(folder.path(), &args);
     assert_eq!(fs::read(first.join("status.json")).unwrap(), done, "it was run again");
     assert_eq!(fs::read(first.join("ledger.csv")).unwrap(), ledger);
     let all = rows(&table);
@@ -104,8 +103,7 @@ fn a_sweep_that_was_killed_goes_on_with_the_members_that_are_left() {
 
     // An uninterrupted sweep says the same, but for what it cost.
     args[3] = "whole";
-    let out = rumple(folder.path(), &args);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes_with(folder.path(), &args);
     let whole = rows(&folder.path().join("whole/sweep.csv"));
     for (a, b) in all.iter().zip(&whole) {
         for (column, value) in
@@ -127,8 +125,7 @@ fn a_sweep_that_was_killed_goes_on_with_the_members_that_are_left() {
     assert_eq!(out.status.code(), Some(2), "{}", text(&out.stderr));
     assert!(text(&out.stderr).contains("thickness = 0.7"), "{}", text(&out.stderr));
     fewer.push("--force");
-    let out = rumple(folder.path(), &fewer);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes_with(folder.path(), &fewer);
     assert_eq!(rows(&table).len(), 2);
     assert!(!members.join("thickness=0.9").exists());
 }

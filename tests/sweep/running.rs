@@ -4,24 +4,16 @@ use std::fs;
 
 use super::{GROWING, folder, number, rows, rumple, statuses, text};
 use crate::common::plots;
+use crate::run::program::passes;
 
 #[test]
 fn every_member_is_the_run_with_its_overrides() {
     let folder = folder(GROWING);
-    let args = [
-        "sweep",
-        "scene.toml",
-        "--out",
-        "out",
-        "--over",
-        "material.thickness=0.4,0.8",
-        "--over",
-        "kinetics.parameters.a=1,4",
-        "--set",
-        "time.until=0.1",
-    ];
-    let out = rumple(folder.path(), &args);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes(
+        folder.path(),
+        "sweep scene.toml --out out --over material.thickness=0.4,0.8 --over \
+         kinetics.parameters.a=1,4 --set time.until=0.1",
+    );
     let root = folder.path().join("out");
     let table = rows(&root.join("sweep.csv"));
     assert_eq!(statuses(&table), ["complete"; 4]);
@@ -122,9 +114,7 @@ fn two_coefficients_in_a_table_say_of_which_species() {
 fn the_time_to_steady_is_that_of_a_run_that_ended_for_it() {
     let scene = GROWING.replace("until = 0.2,", "until = 50.0, stop_when_steady = 0.01,");
     let folder = folder(&scene);
-    let args = ["sweep", "scene.toml", "--out", "out", "--over", "time.until=0.5,50", "--quiet"];
-    let out = rumple(folder.path(), &args);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    let out = passes(folder.path(), "sweep scene.toml --out out --over time.until=0.5,50 --quiet");
     assert!(out.stdout.is_empty() && out.stderr.is_empty(), "{}", text(&out.stderr));
     let table = rows(&folder.path().join("out/sweep.csv"));
     assert_eq!(table[0]["time to steady"], "");
@@ -136,8 +126,7 @@ fn the_time_to_steady_is_that_of_a_run_that_ended_for_it() {
 fn seeds_change_everything_random_and_nothing_else() {
     let scene = GROWING.replace("bump = {", "imperfection = { amplitude = 1e-3 }, bump = {");
     let folder = folder(&scene);
-    let out = rumple(folder.path(), &["sweep", "scene.toml", "--out", "out", "--seeds", "3"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes(folder.path(), "sweep scene.toml --out out --seeds 3");
     let root = folder.path().join("out");
     let table = rows(&root.join("sweep.csv"));
     let seeds: Vec<&str> = table.iter().map(|row| row["seed"].as_str()).collect();

@@ -8,6 +8,7 @@ use rumple::study::run::RankJob;
 
 use super::resumed::{slow, status_of, wait_until};
 use super::{GROWING, folder, rows, rumple, statuses, text};
+use crate::run::program::passes;
 
 #[test]
 fn the_job_script_has_a_task_for_every_member_that_is_left() {
@@ -143,8 +144,7 @@ fn real_slurm_runs_a_sweep_that_is_cancelled_and_goes_on() {
     assert_eq!(again.status.code(), Some(2), "{}", text(&again.stderr));
     assert!(text(&again.stderr).contains(&format!("job {job}")), "{}", text(&again.stderr));
     // What there is so far.
-    let out = rumple(folder.path(), &["sweep", "collect", "out"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    passes(folder.path(), "sweep collect out");
     let table = root.join("sweep.csv");
     assert_eq!(
         statuses(&rows(&table)),

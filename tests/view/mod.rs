@@ -13,7 +13,7 @@ use rumple::sheet::{Surface, read};
 use serde_json::Value;
 
 use crate::run::SMALL;
-use crate::run::program::{folder, rumple, text};
+use crate::run::program::{folder, passes, rumple, text};
 
 /// The small scene with six frames, whose fields are scalars and vectors, on vertices and triangles.
 pub fn scene() -> String {
@@ -212,8 +212,7 @@ fn the_report_is_left_out_on_request_and_never_fails_a_run() {
     // Nothing can be written where the page is to be built.
     done(folder, &["run", "scene.toml", "--out", "blocked", "--quiet"]);
     fs::create_dir(folder.join("blocked/.report.html.part")).unwrap();
-    let out = rumple(folder, &["resume", "blocked", "--until", "0.06", "--quiet"]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    let out = passes(folder, "resume blocked --until 0.06 --quiet");
     assert!(text(&out.stderr).contains("warning: no report.html"), "{}", text(&out.stderr));
     let status = fs::read_to_string(folder.join("blocked/status.json")).unwrap();
     assert!(status.contains("\"complete\""), "{status}");

@@ -133,7 +133,9 @@ impl Reader {
 /// The root of the repository.
 pub fn root() -> PathBuf {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    if here.ends_with("tests/fuzz") { here.join("../..") } else { here.to_owned() }
+    // That of the suite, of an example or of the targets.
+    let root = here.ancestors().find(|folder| folder.join("tests/fuzz").is_dir());
+    root.unwrap_or(here).to_owned()
 }
 
 thread_local! {
