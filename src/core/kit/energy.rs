@@ -7,9 +7,13 @@ use nalgebra::{Rotation3, Vector3};
 use super::{
     DERIVATIVE_TOLERANCE, DIFFERENCE_STEP, INSPECTION_TIMES, ROUND_OFF, Report, UNDECLARED_Z_ACTION,
 };
-use super::{crumpled, dot, exceeds, finite, largest, moved, norm, on_threads, random_vectors};
+use super::{
+    contact, crumpled, dot, exceeds, finite, largest, moved, norm, on_threads, random_vectors,
+};
 use crate::Vec3;
-use crate::effects::{EnergyTerm, HessianPart, RankOneTerm, SPONTANEOUS_CURVATURE};
+use crate::effects::{
+    EnergyTerm, HessianPart, Interaction, ParameterField, RankOneTerm, SPONTANEOUS_CURVATURE,
+};
 use crate::linear::BlockMatrix;
 use crate::model::{Mechanics, ModelError, Potential};
 use crate::num::real;
@@ -23,6 +27,7 @@ pub(super) fn of_energy(
     (leaves_plane, constraint): (bool, bool),
 ) -> Result<(), ModelError> {
     let name = term.name().to_owned();
+    let is_contact = term.interaction() != Interaction::default();
     let pins = vec![[false; 3]; sheet.vertex_count()];
     let mechanics = Mechanics::new(Arc::clone(sheet), vec![term], pins)?;
     let mut potential = Potential::new(&mechanics);
@@ -65,6 +70,9 @@ pub(super) fn of_energy(
         by_curvature(&mut potential, (&x, time), &uneven, &mut fault);
         for &s in mechanics.species() {
             by_species(&mut potential, (&x, time), s, &mut fault);
+        }
+        if is_contact {
+            contact::examine(&mut potential, (&x, time, edge), &directions, &mut fault);
         }
         if bits(&mut potential, &x, 1) != bits(&mut potential, &x, 3) {
             fault("energy or forces depend on the number of threads".into());
@@ -234,8 +242,9 @@ fn by_lengths(
     // Lengths change in proportion to this.
     let change: Vec<f64> = (0..factor.len()).map(|e| if e % 3 == 0 { 1.0 } else { -0.4 }).collect();
     let mut exact = vec![Vec3::zeros(); x.len()];
-    potential
-        .mixed_metric_derivatives(x, &mut |i, e, by| exact[i] += change[e] * reference[e] * by);
+    potential.mixed_derivatives(x, ParameterField::OptimalLength, &mut |i, e, by| {
+        exact[i] += change[e] * reference[e] * by;
+    });
     let mut at = |step: f64| {
         let factor: Vec<f64> = factor.iter().zip(&change).map(|(f, w)| f + step * w).collect();
         potential.set_conditions(Some(&factor), time);
@@ -259,7 +268,8 @@ fn by_curvature(
     };
     set(potential, 0.0);
     let mut exact = vec![Vec3::zeros(); x.len()];
-    potential.mixed_curvature_derivatives(x, &mut |i, v, by| exact[i] += change(v) * by);
+    let by = ParameterField::SpontaneousCurvature;
+    potential.mixed_derivatives(x, by, &mut |i, v, by| exact[i] += change(v) * by);
     let mut at = |step: f64| {
         set(potential, step);
         energy_and_gradient(potential, x).1
@@ -286,10 +296,8 @@ fn by_species(
     let [first, last] = [0.0, 1.0].map(|step| species_at(x.len(), s, step));
     let change: Vec<f64> = first.iter().zip(&last).map(|(a, b)| b - a).collect();
     let mut exact = vec![Vec3::zeros(); x.len()];
-    potential.mixed_species_derivatives(x, &mut |i, (species, v), by| {
-        if species == s {
-            exact[i] += change[v] * by;
-        }
+    potential.mixed_derivatives(x, ParameterField::Species(s), &mut |i, v, by| {
+        exact[i] += change[v] * by;
     });
     let mut at = |step: f64| {
         potential.set_species(s, species_at(x.len(), s, step));

@@ -55,7 +55,7 @@ impl Constraints {
         let all = mechanics.constraints();
         let zeros = || vec![Vec3::zeros(); mechanics.sheet().vertex_count()];
         Self {
-            work: all.iter().map(|constraint| constraint.work()).collect(),
+            work: all.iter().map(|_| Work::from(Box::new(()))).collect(),
             multipliers: vec![0.0; all.len()],
             stiffness: vec![0.0; all.len()],
             gradients: all.iter().map(|_| zeros()).collect(),
@@ -78,7 +78,7 @@ impl Constraints {
             let term: &crate::effects::EnergyTerm = term;
             let _scope = meter.scope(energy::GRADIENT);
             parallel::update(gradient, |_, g| *g = Vec3::zeros());
-            let value = term.evaluate(shape, work, Some(&mut *gradient));
+            let value = term.energy.evaluate(shape, work, Some(&mut *gradient));
             mechanics.fix(gradient);
             value
         };
@@ -140,7 +140,7 @@ impl Constraints {
         for (k, ((term, work), name)) in terms.enumerate() {
             let _scope = self.meters[k].scope(energy::HESSIAN);
             matrix.clear();
-            term.add_hessian(shape, work, part, matrix);
+            term.energy.add_hessian(shape, work, part, matrix);
             if let Some(pair) = matrix.outside() {
                 return Err(ModelError::Coupling { effect: name.to_owned(), pair });
             }
@@ -198,7 +198,7 @@ impl Potential {
         let mut force = vec![Vec3::zeros(); x.len()];
         let terms = mechanics.constraints().iter().zip(&mut constraints.work);
         if let Some((term, work)) = terms.into_iter().nth(which) {
-            term.evaluate(&shape, work, Some(&mut force));
+            term.energy.evaluate(&shape, work, Some(&mut force));
             parallel::update(&mut force, |_, f| *f *= constraints.multipliers[which]);
         }
         force

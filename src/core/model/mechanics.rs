@@ -93,7 +93,7 @@ impl Mechanics {
         let pinned = (0..pins.len()).filter(|&i| pins[i].contains(&true)).collect();
         let names = numbered(terms.iter().map(|e| e.name()));
         let constraint_names = numbered(constraints.iter().map(|e| e.name()));
-        let read = terms.iter().chain(&constraints).flat_map(|term| term.species());
+        let read = terms.iter().chain(&constraints).flat_map(|term| term.reads().species);
         let read: BTreeSet<usize> = read.copied().collect();
         let pattern = OnceLock::new();
         let meters = names.iter().map(|name| counters::of_energy(&tally, name)).collect();
@@ -226,7 +226,7 @@ impl Mechanics {
     /// [`Mechanics::names`].
     #[must_use]
     pub fn applied_forces(&self) -> Vec<f64> {
-        let mut all: Vec<f64> = self.terms.iter().map(|e| e.largest_applied_force()).collect();
+        let mut all: Vec<f64> = self.terms.iter().map(EnergyTerm::applied_force).collect();
         self.sheet.reduction().max_over_ranks(&mut all);
         all
     }
@@ -267,7 +267,7 @@ impl Mechanics {
     /// Whether an energy depends on time other than through the optimal lengths.
     #[must_use]
     pub fn depends_on_time(&self) -> bool {
-        self.all().any(|term| term.depends_on_time())
+        self.all().any(|term| term.reads().time)
     }
 
     /// Numbers of the species that energies read, ascending.
@@ -279,24 +279,25 @@ impl Mechanics {
     /// Whether an effect couples pairs of vertices that depend on the shape.
     #[must_use]
     pub(crate) fn couples_pairs(&self) -> bool {
-        self.all().any(|term| term.coupling().pairs)
+        self.terms.iter().any(|term| term.interaction().pairs)
     }
 
     /// Whether an effect limits steps.
     #[must_use]
     pub fn limits_steps(&self) -> bool {
-        self.all().any(|term| term.coupling().limits_steps)
+        self.terms.iter().any(|term| term.interaction().limits_steps)
     }
 
     /// Whether an effect is contact with what is fixed in space, rather than of the sheet with itself: an obstacle.
     #[must_use]
     pub(crate) fn meets_obstacles(&self) -> bool {
-        self.all().any(|term| term.is_contact() && !term.coupling().pairs)
+        let mut all = self.terms.iter().map(EnergyTerm::interaction);
+        all.any(|does| does.touches && !does.pairs)
     }
 
     /// The effects of contact, as places among the energies.
     pub fn contacts(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.terms.len()).filter(|k| self.terms[*k].is_contact())
+        (0..self.terms.len()).filter(|k| self.terms[*k].interaction().touches)
     }
 
     /// Whether an effect couples all vertices.

@@ -4,6 +4,7 @@
 mod conditions;
 mod contact;
 
+use contact::LIMITS_STEPS;
 use std::sync::Arc;
 
 use super::constraint::Constraints;
@@ -13,7 +14,7 @@ use super::hold::Hold;
 use super::mechanics::Mechanics;
 use super::proximal_term::Anchor;
 use crate::Vec3;
-use crate::effects::{HessianPart, Pins, RankOneTerm, Work};
+use crate::effects::{AnyEnergy, HessianPart, Pins, RankOneTerm, Work};
 use crate::geometry::{RestMetric, Shape};
 use crate::linear::{BlockMatrix, BlockPattern};
 use crate::parallel;
@@ -55,12 +56,16 @@ impl Potential {
     /// At Φ = 1 and time 0.
     #[must_use]
     pub fn new(mechanics: &Arc<Mechanics>) -> Self {
-        let work = mechanics.terms().iter().map(|term| term.work()).collect();
+        let work = mechanics.terms().iter().map(|_| Work::from(Box::new(()))).collect();
         let lengths = counters::of_lengths(mechanics.tally());
         let (metric, time) = (mechanics.reference().clone(), 0.0);
         let constraints = Constraints::new(mechanics);
         let mechanics = Arc::clone(mechanics);
-        let force_scale = 0.0;
+        let edge = mechanics.reference().mean_edge();
+        let scales =
+            mechanics.terms().iter().map(|term| term.energy.force_scales(edge).unit_strain);
+        let force_scale = scales.fold(0.0, f64::max);
+        let force_scale = mechanics.sheet().reduction().largest_over_ranks(force_scale);
         let (anchor, hold) = (None, None);
         let (internal, stale) = (Vec::new(), false);
         let species = conditions::zero_species(&mechanics);
@@ -153,25 +158,13 @@ impl Potential {
         (mechanics, constraints, shape)
     }
 
-    /// Calls `f` with every constraint, its memory and the shape at `x`.
-    fn each_constraint(
-        &mut self,
-        x: &[Vec3],
-        mut f: impl FnMut(&dyn crate::effects::AnyEnergy, &mut Work, &Shape<'_>),
-    ) {
-        let (mechanics, constraints, shape) = self.constrained(x);
-        for (term, work) in mechanics.constraints().iter().zip(&mut constraints.work) {
-            f(&**term, work, &shape);
-        }
-    }
-
     /// Calls `f` with every energy, its memory and the shape at `x`; `what` of [`energy`] is counted, but for
     /// gradients, which may be a part of what is.
     fn each(
         &mut self,
         what: usize,
         x: &[Vec3],
-        mut f: impl FnMut(usize, &dyn crate::effects::AnyEnergy, &mut Work, &Shape<'_>),
+        mut f: impl FnMut(usize, &dyn AnyEnergy, &mut Work, &Shape<'_>),
     ) {
         let sheet = self.mechanics.sheet();
         let shape = Shape { sheet, metric: &self.metric, time: self.time, x };
@@ -182,11 +175,11 @@ impl Potential {
             _ => {}
         });
         for (k, (term, work)) in self.mechanics.terms().iter().zip(&mut self.work).enumerate() {
-            if !energy::declared(what, term.coupling()) {
+            if what == energy::LOW_RANK && !term.coupling().low_rank {
                 continue;
             }
             let _scope = meters[k].scope(what);
-            f(k, &**term, work, &shape);
+            f(k, &*term.energy, work, &shape);
         }
     }
 
@@ -209,7 +202,7 @@ impl Potential {
             (self.mechanics.terms().get(which), self.work.get_mut(which))
         {
             let _scope = self.mechanics.meters()[which].scope(energy::GRADIENT);
-            term.evaluate(&shape, work, Some(&mut gradient));
+            term.energy.evaluate(&shape, work, Some(&mut gradient));
         }
         gradient.iter().map(|g| -g).collect()
     }
@@ -338,8 +331,9 @@ impl Potential {
             return Arc::clone(self.mechanics.pattern());
         }
         let mut pairs = Vec::new();
-        self.each(energy::PAIRS, x, |_, term, work, shape| term.pairs(shape, work, &mut pairs));
-        self.each_constraint(x, |term, work, shape| term.pairs(shape, work, &mut pairs));
+        self.each_contact((energy::PAIRS, |does| does.pairs), x, |_, term, work, shape| {
+            term.pairs(shape, work, &mut pairs);
+        });
         self.mechanics.pattern_with(&pairs)
     }
 
@@ -400,10 +394,7 @@ impl Potential {
         if !self.mechanics.limits_steps() {
             return share;
         }
-        self.each(energy::STEPS, x, |_, term, work, shape| {
-            share = share.min(term.largest_step(shape, work, direction));
-        });
-        self.each_constraint(x, |term, work, shape| {
+        self.each_contact(LIMITS_STEPS, x, |_, term, work, shape| {
             share = share.min(term.largest_step(shape, work, direction));
         });
         let mut blocked = [-share];

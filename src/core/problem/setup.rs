@@ -133,8 +133,8 @@ impl Problem<'_> {
             let message = format!("{what} on more than one rank");
             Err(ProblemError::new(Part::Effect(number, "kind".into()), message, Some(help)))
         };
-        let mut terms = effect.energies.iter().chain(&effect.constraints);
-        if terms.any(|term| term.coupling().limits_steps || term.coupling().pairs) {
+        let mut contacts = effect.energies.iter().map(|term| term.interaction());
+        if contacts.any(|does| does.limits_steps || does.pairs) {
             let help = "one process (with as many threads as there are cores) knows it";
             return refuse("contact does not know parts of a sheet", help);
         }

@@ -8,7 +8,7 @@ mod solvers;
 use serde::Serialize;
 
 use super::{Result, Simulation};
-use crate::effects::{Coupling, EffectParts, EnergyTerm, TransportTerm};
+use crate::effects::{Coupling, EffectParts, EnergyTerm, Interaction, TransportTerm};
 use crate::kinetics::{Descriptor, Signal};
 use crate::model::{Chemistry, Model};
 use crate::scene::Scene;
@@ -116,11 +116,10 @@ fn contributing(
 }
 
 /// The energies of which something is true.
-fn energies(simulation: &Simulation, what: impl Fn(Coupling) -> bool) -> String {
+fn energies(simulation: &Simulation, what: impl Fn(&EnergyTerm) -> bool) -> String {
     let mechanics = simulation.model().mechanics();
     let all = mechanics.terms().iter().zip(mechanics.names());
-    let names: Vec<&str> =
-        all.filter(|(term, _)| what(term.coupling())).map(|(_, name)| name).collect();
+    let names: Vec<&str> = all.filter(|(term, _)| what(term)).map(|(_, name)| name).collect();
     names.join(", ")
 }
 
@@ -187,15 +186,16 @@ fn reach(rings: usize) -> String {
 
 /// What the energy `name` couples, the species that it reads, and its largest applied force.
 fn energy(term: &EnergyTerm, name: &str, law: Option<&Descriptor>) -> String {
-    let Coupling { rings, low_rank, pairs, limits_steps } = term.coupling();
+    let (Coupling { rings, low_rank }, reading) = (term.coupling(), term.reads());
+    let Interaction { pairs, limits_steps, .. } = term.interaction();
     let mut text = format!("energy `{name}`: couples {}", reach(rings));
-    let applied = term.largest_applied_force();
+    let applied = term.applied_force();
     let more = [
         (low_rank, ", and all vertices by terms of low rank".to_owned()),
         (pairs, ", and pairs that depend on the shape".to_owned()),
         (limits_steps, ", limits steps".to_owned()),
-        (true, reads(law, term.species())),
-        (term.depends_on_time(), ", depends on time".to_owned()),
+        (true, reads(law, reading.species)),
+        (reading.time, ", depends on time".to_owned()),
         (applied > 0.0, format!(", applies up to {applied:.3e} to a vertex at rest")),
     ];
     more.into_iter().filter(|(present, _)| *present).for_each(|(_, more)| text += &more);

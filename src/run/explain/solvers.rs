@@ -97,7 +97,11 @@ fn matrix(simulation: &Simulation) -> Line {
         format!(
             "matrix of {rows} × {rows} blocks {axes} × {axes}, {blocks} stored, {row:.1} a row"
         ),
-        format!("{}: couples {}", energies(simulation, |c| c.rings == rings), reach(rings)),
+        format!(
+            "{}: couples {}",
+            energies(simulation, |c| c.coupling().rings == rings),
+            reach(rings)
+        ),
     )
 }
 
@@ -107,14 +111,20 @@ fn corrections(simulation: &Simulation) -> impl Iterator<Item = Line> {
     let all = [
         (
             "Woodbury correction of every solution with the factor",
-            energies(simulation, |c| c.low_rank),
+            energies(simulation, |term| term.coupling().low_rank),
         ),
         (
             "augmented Lagrangian until every constraint is below 1e-9, and Woodbury correction",
             constraints.join(", "),
         ),
-        ("pattern analysed again where pairs have changed", energies(simulation, |c| c.pairs)),
-        ("every step is shortened until it is allowed", energies(simulation, |c| c.limits_steps)),
+        (
+            "pattern analysed again where pairs have changed",
+            energies(simulation, |term| term.interaction().pairs),
+        ),
+        (
+            "every step is shortened until it is allowed",
+            energies(simulation, |term| term.interaction().limits_steps),
+        ),
     ];
     all.into_iter().filter(|(_, of)| !of.is_empty()).map(|(what, of)| Line::new(what, of))
 }

@@ -58,7 +58,7 @@ use super::rest::{Curved, Flat, RestAngle, RestShape};
 use crate::Vec3;
 use crate::effects::element::{self, Element, Mesh};
 use crate::effects::material::at_edges;
-use crate::effects::{Coupling, Energy, HessianPart, MaterialField, Values};
+use crate::effects::{Coupling, Energy, HessianPart, MaterialField, ParameterField, Reads, Values};
 use crate::geometry::{Conditions, Shape};
 use crate::linear::{Block, BlockMatrix, LazyStencils};
 use crate::num::index;
@@ -304,6 +304,65 @@ impl<R: RestAngle> HingeBending<R> {
         let moment = self.rigidity.at(h) * curvature * (1.0 + 0.25 * psi * psi);
         Hinge::angle_gradient(&wings).map(|g| moment * g)
     }
+
+    /// `∂²U/∂x∂l̄`.
+    pub(super) fn by_lengths(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut HingeWork<R>,
+        emit: &mut dyn FnMut(usize, usize, Vec3),
+    ) {
+        let (sheet, metric) = (shape.sheet, shape.metric);
+        for (h, corners) in self.corners.iter().enumerate() {
+            let e = self.edge[h] as usize;
+            let corners = corners.map(|v| v as usize);
+            let (_, pull) = work.hinge[h].gradient(&corners.map(|v| shape.x[v]));
+            // All of the energy is in proportion to l̄²/(Ā_1 + Ā_2) …
+            let mut by = |f: usize, slope: f64, pull: &[Vec3; 4]| {
+                for (v, pull) in corners.into_iter().zip(pull) {
+                    emit(v, f, slope * pull);
+                }
+            };
+            let length = metric.length()[e];
+            by(e, 2.0 / length, &pull);
+            // … but for -B C₀ l̄ ψ, which knows no areas.
+            let curvature = R::spontaneous_curvature(&self.rest, h)
+                + work.variable_curvature.get(h).copied().unwrap_or(0.0);
+            let bent = R::MAY_BE_CURVED
+                .then(|| self.spontaneous_gradient(h, curvature, &corners.map(|v| shape.x[v])));
+            if let Some(bent) = &bent {
+                by(e, 1.0, bent);
+            }
+            let sides = sheet.edges()[e].triangles.map(|t| t as usize);
+            let area: f64 = sides.iter().map(|&t| metric.weight_area()[t]).sum();
+            for t in sides {
+                let slopes = metric.weight_area_gradient(sheet, t);
+                for (f, slope) in sheet.triangle_edges()[t].into_iter().zip(slopes) {
+                    by(f as usize, -slope / area, &pull);
+                    if let Some(bent) = &bent {
+                        by(f as usize, -slope * length / area, bent);
+                    }
+                }
+            }
+        }
+    }
+
+    /// `∂²U/∂x∂C₀`: `-B l̄ ∂ψ` for the C₀ of a hinge, half of it for that of either end.
+    fn by_curvature(&self, shape: &Shape<'_>, emit: &mut dyn FnMut(usize, usize, Vec3)) {
+        if !R::variable_curvature(&self.rest).is_some_and(|curvature| curvature.law) {
+            return;
+        }
+        let length = shape.metric.length();
+        for (h, corners) in self.corners.iter().enumerate() {
+            let half = -0.5 * length[self.edge[h] as usize];
+            let by = self.spontaneous_gradient(h, half, &corners.map(|v| shape.x[v as usize]));
+            for (v, by) in corners.iter().zip(by) {
+                for end in &corners[..2] {
+                    emit(*v as usize, *end as usize, by);
+                }
+            }
+        }
+    }
 }
 
 impl<R: RestAngle> Energy for HingeBending<R> {
@@ -317,8 +376,10 @@ impl<R: RestAngle> Energy for HingeBending<R> {
         Coupling::TWO_RINGS
     }
 
-    fn depends_on_time(&self) -> bool {
-        R::variable_curvature(&self.rest).is_some_and(|curvature| curvature.timed.is_some())
+    fn reads(&self) -> Reads<'_> {
+        Reads::time(
+            R::variable_curvature(&self.rest).is_some_and(|curvature| curvature.timed.is_some()),
+        )
     }
 
     fn prepare(&self, conditions: &Conditions<'_>, work: &mut Self::Work) {
@@ -360,66 +421,18 @@ impl<R: RestAngle> Energy for HingeBending<R> {
         element::evaluate(&mesh, |h| &hinge[h], shape.x, &mut work.pull, gradient)
     }
 
-    fn mixed_metric_derivatives(
+    fn mixed_derivatives(
         &self,
         shape: &Shape<'_>,
+        _: &Conditions<'_>,
         work: &mut Self::Work,
+        by: ParameterField,
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
-        let (sheet, metric) = (shape.sheet, shape.metric);
-        for (h, corners) in self.corners.iter().enumerate() {
-            let e = self.edge[h] as usize;
-            let corners = corners.map(|v| v as usize);
-            let (_, pull) = work.hinge[h].gradient(&corners.map(|v| shape.x[v]));
-            // All of the energy is in proportion to l̄²/(Ā_1 + Ā_2) …
-            let mut by = |f: usize, slope: f64, pull: &[Vec3; 4]| {
-                for (v, pull) in corners.into_iter().zip(pull) {
-                    emit(v, f, slope * pull);
-                }
-            };
-            let length = metric.length()[e];
-            by(e, 2.0 / length, &pull);
-            // … but for -B C₀ l̄ ψ, which knows no areas.
-            let curvature = R::spontaneous_curvature(&self.rest, h)
-                + work.variable_curvature.get(h).copied().unwrap_or(0.0);
-            let bent = R::MAY_BE_CURVED
-                .then(|| self.spontaneous_gradient(h, curvature, &corners.map(|v| shape.x[v])));
-            if let Some(bent) = &bent {
-                by(e, 1.0, bent);
-            }
-            let sides = sheet.edges()[e].triangles.map(|t| t as usize);
-            let area: f64 = sides.iter().map(|&t| metric.weight_area()[t]).sum();
-            for t in sides {
-                let slopes = metric.weight_area_gradient(sheet, t);
-                for (f, slope) in sheet.triangle_edges()[t].into_iter().zip(slopes) {
-                    by(f as usize, -slope / area, &pull);
-                    if let Some(bent) = &bent {
-                        by(f as usize, -slope * length / area, bent);
-                    }
-                }
-            }
-        }
-    }
-
-    /// `-B l̄ ∂ψ` for the C₀ of a hinge, half of it for that of either end.
-    fn mixed_curvature_derivatives(
-        &self,
-        shape: &Shape<'_>,
-        _: &mut Self::Work,
-        emit: &mut dyn FnMut(usize, usize, Vec3),
-    ) {
-        if !R::variable_curvature(&self.rest).is_some_and(|curvature| curvature.law) {
-            return;
-        }
-        let length = shape.metric.length();
-        for (h, corners) in self.corners.iter().enumerate() {
-            let half = -0.5 * length[self.edge[h] as usize];
-            let by = self.spontaneous_gradient(h, half, &corners.map(|v| shape.x[v as usize]));
-            for (v, by) in corners.iter().zip(by) {
-                for end in &corners[..2] {
-                    emit(*v as usize, *end as usize, by);
-                }
-            }
+        match by {
+            ParameterField::OptimalLength => self.by_lengths(shape, work, emit),
+            ParameterField::SpontaneousCurvature => self.by_curvature(shape, emit),
+            ParameterField::Species(_) => {}
         }
     }
 

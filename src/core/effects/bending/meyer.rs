@@ -42,7 +42,7 @@ use kernels::{Gradient, VertexSums};
 use super::{BendingWeight, RestShape};
 use crate::Vec3;
 use crate::effects::material::at_vertices;
-use crate::effects::{Coupling, Energy, HessianPart, MaterialField, Values};
+use crate::effects::{Coupling, Energy, HessianPart, MaterialField, ParameterField, Reads, Values};
 use crate::geometry::{AreaRule, Conditions, Shape, VertexArea, angle_at};
 use crate::linear::BlockMatrix;
 use crate::num::real;
@@ -226,8 +226,8 @@ impl Energy for MeyerBending {
         Coupling::TWO_RINGS
     }
 
-    fn depends_on_time(&self) -> bool {
-        self.curved.as_ref().is_some_and(|curved| curved.depends_on_time())
+    fn reads(&self) -> Reads<'_> {
+        Reads::time(self.curved.as_ref().is_some_and(|curved| curved.depends_on_time()))
     }
 
     fn prepare(&self, conditions: &Conditions<'_>, work: &mut Self::Work) {
@@ -236,25 +236,21 @@ impl Energy for MeyerBending {
         }
     }
 
-    fn mixed_metric_derivatives(
+    fn mixed_derivatives(
         &self,
         shape: &Shape<'_>,
+        conditions: &Conditions<'_>,
         work: &mut Self::Work,
+        by: ParameterField,
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
-        if let Some(curved) = &self.curved {
-            curved.mixed_metric_derivatives(self, shape, work, emit);
-        }
-    }
-
-    fn mixed_curvature_derivatives(
-        &self,
-        shape: &Shape<'_>,
-        work: &mut Self::Work,
-        emit: &mut dyn FnMut(usize, usize, Vec3),
-    ) {
-        if let Some(curved) = &self.curved {
-            curved.mixed_curvature_derivatives(self, shape, work, emit);
+        let Some(curved) = &self.curved else { return };
+        match by {
+            ParameterField::OptimalLength => {
+                curved.by_lengths(self, (shape, conditions), work, emit);
+            }
+            ParameterField::SpontaneousCurvature => curved.by_curvature(self, shape, work, emit),
+            ParameterField::Species(_) => {}
         }
     }
 

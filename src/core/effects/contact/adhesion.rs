@@ -27,13 +27,10 @@ use serde::{Deserialize, Serialize};
 
 use super::distance_potential::DistancePotential;
 use super::obstacle::{Body, ObstacleDistance, check_ramp};
-use super::{ContactWork, Contacts, ObstacleShape};
+use super::{Contacts, ObstacleShape};
 use crate::Vec3;
-use crate::effects::{
-    BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart,
-    Needs, Ramp, RampFactor,
-};
-use crate::geometry::{Conditions, Shape, lumped_areas};
+use crate::effects::{Effect, EffectContext, EffectError, EffectSpec, Needs, Ramp, RampFactor};
+use crate::geometry::lumped_areas;
 use crate::kinetics::breakpoints::TimeDependence;
 use crate::num::checked::{Finite, Positive};
 use crate::sheet::Sheet;
@@ -118,7 +115,7 @@ impl EffectSpec for Adhesion {
                 let message = "a sheet that sticks to itself has nothing that moves";
                 return refused(key, message, "`to` says what else it sticks to");
             }
-            return Ok(Effect::energy(Sticky(Contacts::with_potential(context.sheet, potential))));
+            return Ok(Effect::contact(Contacts::with_potential(context.sheet, potential)));
         };
         let form = ObstacleDistance::new(to).map_err(|error| EffectError { key: "to", ..error })?;
         let ObstacleDistance::Smooth(surface) = form else {
@@ -130,54 +127,11 @@ impl EffectSpec for Adhesion {
         let displacement =
             self.displacement.map_or(Vec3::zeros(), |d| Vec3::from(d.map(Finite::get)));
         let area = lumped_areas(context.sheet);
-        Ok(Effect::energy(Body { surface, potential, displacement, factor, area }))
+        Ok(Effect::contact(Body { surface, potential, displacement, factor, area }))
     }
 }
 
 crate::register_kind!(dyn EffectSpec, "adhesion", Adhesion);
-
-/// Adhesion of a sheet to itself.
-#[derive(Debug)]
-struct Sticky(Contacts);
-
-impl Energy for Sticky {
-    type Work = ContactWork;
-
-    fn name(&self) -> &'static str {
-        "adhesion"
-    }
-
-    fn coupling(&self) -> Coupling {
-        Coupling { pairs: true, ..Coupling::NONE }
-    }
-
-    fn prepare(&self, conditions: &Conditions<'_>, work: &mut ContactWork) {
-        self.0.prepare(conditions, work);
-    }
-
-    fn evaluate(
-        &self,
-        shape: &Shape<'_>,
-        work: &mut ContactWork,
-        gradient: Option<&mut [Vec3]>,
-    ) -> f64 {
-        self.0.evaluate(shape, work, gradient)
-    }
-
-    fn add_hessian(
-        &self,
-        shape: &Shape<'_>,
-        work: &mut ContactWork,
-        part: HessianPart,
-        into: &mut BlockMatrix,
-    ) {
-        self.0.add_hessian(shape, work, part, into);
-    }
-
-    fn pairs(&self, shape: &Shape<'_>, work: &mut ContactWork, pairs: &mut Vec<[u32; 2]>) {
-        self.0.pairs(shape, work, pairs);
-    }
-}
 
 #[cfg(test)]
 mod tests {

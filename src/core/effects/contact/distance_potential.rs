@@ -13,6 +13,11 @@ pub(super) enum DistancePotential {
 }
 
 impl DistancePotential {
+    /// Whether it keeps surfaces apart.
+    pub(super) fn is_barrier(&self) -> bool {
+        matches!(self, Self::Barrier(_))
+    }
+
     /// The distance from which on it is zero.
     pub(super) fn reach(&self) -> f64 {
         match self {

@@ -24,7 +24,9 @@
 
 use super::StretchingWeight;
 use crate::Vec3;
-use crate::effects::{Coupling, Energy, HessianPart, MaterialField, Values};
+use crate::effects::{
+    Coupling, Energy, ForceScales, HessianPart, MaterialField, ParameterField, Values,
+};
 use crate::geometry::{Conditions, Shape};
 use crate::linear::{BlockMatrix, LazyStencils};
 use crate::parallel;
@@ -189,12 +191,17 @@ impl Energy for BondStretching {
         });
     }
 
-    fn mixed_metric_derivatives(
+    fn mixed_derivatives(
         &self,
         shape: &Shape<'_>,
+        _: &Conditions<'_>,
         work: &mut Self::Work,
+        by: ParameterField,
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
+        if by != ParameterField::OptimalLength {
+            return;
+        }
         let sheet = shape.sheet;
         let triangles = sheet.triangle_edges();
         let (length, stiffness, modulus) = (shape.metric.length(), &work.stiffness, &self.modulus);
@@ -228,11 +235,11 @@ impl Energy for BondStretching {
     }
 
     /// Y·(edge length) for area weights, Y/(edge length) for the printed ones.
-    fn force_scale(&self, conditions: &Conditions<'_>) -> f64 {
-        let edge = conditions.metric.mean_edge();
-        match self.weight {
+    fn force_scales(&self, edge: f64) -> ForceScales {
+        let unit_strain = match self.weight {
             StretchingWeight::OptimalArea => self.modulus.mean() * edge,
             StretchingWeight::Paper => self.modulus.mean() / edge,
-        }
+        };
+        ForceScales { unit_strain, ..ForceScales::default() }
     }
 }

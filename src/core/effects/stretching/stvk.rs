@@ -48,7 +48,9 @@ use nalgebra::{Matrix3, Vector3};
 use super::StretchingModulus;
 use crate::Vec3;
 use crate::effects::element::{self, Element, Mesh};
-use crate::effects::{Coupling, Energy, HessianPart, MaterialField, Values};
+use crate::effects::{
+    Coupling, Energy, ForceScales, HessianPart, MaterialField, ParameterField, Values,
+};
 use crate::geometry::{Conditions, Shape};
 use crate::linear::{Block, BlockMatrix, LazyStencils};
 use crate::parallel;
@@ -313,12 +315,17 @@ impl Energy for StvkStretching {
         element::add_hessian(&mesh, |t| &membrane[t], shape.x, part, &mut work.places, into);
     }
 
-    fn mixed_metric_derivatives(
+    fn mixed_derivatives(
         &self,
         shape: &Shape<'_>,
+        _: &Conditions<'_>,
         work: &mut Self::Work,
+        by: ParameterField,
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
+        if by != ParameterField::OptimalLength {
+            return;
+        }
         let (optimal, rest) = (shape.metric.length(), shape.metric.reference_length());
         for (t, membrane) in work.membrane.iter().enumerate() {
             let edges = shape.sheet.triangle_edges()[t].map(|e| e as usize);
@@ -338,7 +345,7 @@ impl Energy for StvkStretching {
         }
     }
 
-    fn force_scale(&self, conditions: &Conditions<'_>) -> f64 {
-        self.modulus.mean() * conditions.metric.mean_edge()
+    fn force_scales(&self, edge: f64) -> ForceScales {
+        ForceScales { unit_strain: self.modulus.mean() * edge, ..ForceScales::default() }
     }
 }

@@ -235,7 +235,7 @@ fn pull(potential: &mut Potential, mut anchor: Anchor, x: &[Vec3]) -> f64 {
 /// The vertex of the shape `x` that an obstacle which moves presses most, if pins hold it against most of that force.
 fn pinned_in_the_way(potential: &mut Potential, x: &[Vec3]) -> Option<usize> {
     let mechanics = Arc::clone(potential.mechanics());
-    let moving = |k: &usize| mechanics.terms()[*k].depends_on_time();
+    let moving = |k: &usize| mechanics.terms()[*k].reads().time;
     let pressed = mechanics.contacts().filter(moving).filter_map(|k| {
         let force = potential.force_of(k, x).into_iter().enumerate();
         force.max_by(|a, b| a.1.norm_squared().total_cmp(&b.1.norm_squared()))

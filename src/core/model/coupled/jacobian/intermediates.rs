@@ -2,6 +2,7 @@
 
 use super::{BySignals, Values, add_vector};
 use crate::Vec3;
+use crate::effects::ParameterField;
 use crate::linear::Entries;
 use crate::model::{Chemistry, Model, ModelError, Potential, State, Surface};
 use crate::sheet::Sheet;
@@ -59,22 +60,25 @@ pub(super) fn residual_by_intermediates(
         }
     };
     if at.curvature_slopes.is_some() {
-        potential.mixed_curvature_derivatives(&at.state.x, &mut |vertex, v, by| {
+        let by = ParameterField::SpontaneousCurvature;
+        potential.mixed_derivatives(&at.state.x, by, &mut |vertex, v, by| {
             add(vertex, curvatures + v, by);
         });
     }
-    if !at.read.is_empty() {
-        potential.mixed_species_derivatives(&at.state.x, &mut |vertex, (s, v), by| {
-            if let Some(k) = at.read.iter().position(|read| *read == s) {
+    for (k, s) in at.read.iter().enumerate() {
+        potential.mixed_derivatives(
+            &at.state.x,
+            ParameterField::Species(*s),
+            &mut |vertex, v, by| {
                 add(vertex, species + k * vertices + v, by);
-            }
-        });
+            },
+        );
     }
     if at.factor_slopes.is_none() {
         return;
     }
     if layout.mechanical() > 0 {
-        potential.mixed_metric_derivatives(&at.state.x, &mut add);
+        potential.mixed_derivatives(&at.state.x, ParameterField::OptimalLength, &mut add);
     }
     let Some((chemistry, partials)) = &at.chemistry else { return };
     let (inputs, held) = (chemistry.descriptor().inputs(), chemistry.held());
