@@ -248,7 +248,7 @@ fn what_is_not_finite_in_an_energy_is_found() {
 #[test]
 fn contact_that_contradicts_its_energy_is_found() {
     for (fault, words) in [
-        ("step", "no share"),
+        ("step", "not a share"),
         ("energy alone", "step that it allows"),
         ("path", "does not allow a shape to stay"),
         ("pairs", "pairs touch"),

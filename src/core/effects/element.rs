@@ -8,12 +8,11 @@
 //! The loops over the elements of a sheet are here, once for all of them.
 
 use super::{Coupling, Energy, ForceScales, HessianPart, ParameterField, Reads};
-use crate::Vec3;
 use crate::geometry::{Conditions, Shape};
 use crate::linear::{Block, BlockMatrix, LazyStencils};
 use crate::num::index;
-use crate::parallel;
 use crate::sheet::{Incidence, Sheet};
+use crate::{Vec3, parallel};
 
 /// A term of an energy that depends on K vertices.
 pub trait Element<const K: usize>: Send + Sync {

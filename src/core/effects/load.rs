@@ -32,14 +32,13 @@ use super::{
     Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, Field, ForceScales,
     HessianPart, Measure, Needs, Ramp, Reads, Region, Values,
 };
-use crate::Vec3;
 use crate::geometry::{Conditions, Shape};
 use crate::kinetics::Location;
 use crate::kinetics::breakpoints::TimeDependence;
 use crate::linear::BlockMatrix;
 use crate::num::checked::Finite;
-use crate::parallel;
 use crate::sheet::{Edge, Sheet};
+use crate::{Vec3, parallel};
 
 /// Parameters of a dead load in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -1,6 +1,6 @@
 //! What an energy of contact says of shapes, against its energy.
 
-use super::moved;
+use super::report::moved;
 use crate::Vec3;
 use crate::model::Potential;
 
@@ -30,13 +30,13 @@ pub(super) fn examine(
         return;
     }
     if !potential.allows_path((x, time), x) {
-        fault(format!("it does not allow a shape to stay as it is (time {time})"));
+        fault(format!("it does not allow a shape to stay (time {time})"));
     }
     for d in directions {
         let d: Vec<Vec3> = d.iter().map(|d| edge * d).collect();
         let share = potential.largest_step(x, &d);
         if !(0.0..=1.0).contains(&share) {
-            fault(format!("the largest step is {share:e}, which is no share (time {time})"));
+            fault(format!("the largest step is {share:e}, not a share (time {time})"));
             continue;
         }
         // Of a step that is shortened the end itself may touch.

@@ -10,7 +10,6 @@ use crate::Vec3;
 use crate::effects::{EnergyTerm, Pins, PrescribedDisplacement};
 use crate::geometry::RestMetric;
 use crate::linear::BlockPattern;
-use crate::sheet::quality::triangle_quality;
 use crate::sheet::{Sheet, SheetError};
 use crate::tally::{Meter, Tally};
 
@@ -276,6 +275,14 @@ impl Mechanics {
         &self.species
     }
 
+    /// Zeros for the species that energies read.
+    pub(super) fn zero_species(&self) -> Vec<Vec<f64>> {
+        let read = self.species();
+        let count = read.iter().max().map_or(0, |last| last + 1);
+        let vertices = |s: usize| if read.contains(&s) { self.sheet().vertex_count() } else { 0 };
+        (0..count).map(|s| vec![0.0; vertices(s)]).collect()
+    }
+
     /// Whether an effect couples pairs of vertices that depend on the shape.
     #[must_use]
     pub(crate) fn couples_pairs(&self) -> bool {
@@ -324,30 +331,6 @@ impl Mechanics {
         let pattern = BlockPattern::of_rings(self.sheet.vertex_count(), rings, &each, pairs);
         let pattern = pattern.over(self.sheet.reduction());
         Arc::new(if self.planar { pattern.in_plane() } else { pattern })
-    }
-
-    /// Whether moving from `from` to `to` keeps every triangle: its area does not fall below
-    /// `share` of what it was, and it does not turn over, if its quality is not below `flat`.
-    #[must_use]
-    pub(crate) fn keeps_triangles(
-        &self,
-        from: &[Vec3],
-        to: &[Vec3],
-        share: f64,
-        flat: f64,
-    ) -> bool {
-        let triangles = self.sheet.triangles();
-        let cross = |x: &[Vec3], t: usize| {
-            let [a, b, c] = triangles[t].map(|v| x[v as usize]);
-            (b - a).cross(&(c - a))
-        };
-        let worst = self.sheet.reduction().max(triangles.len(), |t| {
-            let (old, new) = (cross(from, t), cross(to, t));
-            let keeps = new.norm() >= share * old.norm() && old.dot(&new) > 0.0;
-            let may_turn = || triangle_quality(triangles[t].map(|v| from[v as usize])) < flat;
-            if keeps || may_turn() { 0.0 } else { 1.0 }
-        });
-        worst <= 0.0
     }
 }
 

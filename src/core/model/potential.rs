@@ -2,9 +2,9 @@
 //! anchor what one step under drag makes of it.
 
 mod conditions;
+mod constrained;
 mod contact;
 
-use contact::LIMITS_STEPS;
 use std::sync::Arc;
 
 use super::constraint::Constraints;
@@ -13,14 +13,14 @@ use super::error::ModelError;
 use super::hold::Hold;
 use super::mechanics::Mechanics;
 use super::proximal_term::Anchor;
-use crate::Vec3;
 use crate::effects::{AnyEnergy, HessianPart, Pins, RankOneTerm, Work};
 use crate::geometry::{RestMetric, Shape};
 use crate::linear::{BlockMatrix, BlockPattern};
-use crate::parallel;
 use crate::reduction::Reduction;
 use crate::sheet::Sheet;
+use crate::sheet::quality::triangle_quality;
 use crate::tally::Meter;
+use crate::{Vec3, parallel};
 
 /// `U(x)` of the sum of all energies under given conditions, with the memory to evaluate it.
 pub struct Potential {
@@ -68,7 +68,7 @@ impl Potential {
         let force_scale = mechanics.sheet().reduction().largest_over_ranks(force_scale);
         let (anchor, hold) = (None, None);
         let (internal, stale) = (Vec::new(), false);
-        let species = conditions::zero_species(&mechanics);
+        let species = mechanics.zero_species();
         let mut made = Self {
             mechanics,
             metric,
@@ -388,35 +388,10 @@ impl Potential {
         terms
     }
 
-    /// The largest fraction of the step `direction` from `x` that all effects allow, up to 1.
-    pub fn largest_step(&mut self, x: &[Vec3], direction: &[Vec3]) -> f64 {
-        let mut share = 1.0f64;
-        if !self.mechanics.limits_steps() {
-            return share;
-        }
-        self.each_contact(LIMITS_STEPS, x, |_, term, work, shape| {
-            share = share.min(term.largest_step(shape, work, direction));
-        });
-        let mut blocked = [-share];
-        self.reduction().max_over_ranks(&mut blocked);
-        -blocked[0]
-    }
-
     /// Whether moving from `from` to `to` is allowed: every triangle keeps `share` of its area and its
     /// side, and no effect forbids the step.
     pub fn allows(&mut self, from: &[Vec3], to: &[Vec3], share: f64) -> bool {
-        self.allows_turning(from, to, share, 0.0)
-    }
-
-    /// The same, but triangles of less than the quality `flat` may turn over.
-    pub(crate) fn allows_turning(
-        &mut self,
-        from: &[Vec3],
-        to: &[Vec3],
-        share: f64,
-        flat: f64,
-    ) -> bool {
-        if !self.keeps_triangles(from, to, share, flat) {
+        if !self.keeps_triangles(from, to, share, 0.0) {
             return false;
         }
         if !self.mechanics.limits_steps() {
@@ -436,6 +411,17 @@ impl Potential {
         flat: f64,
     ) -> bool {
         let _scope = counters::of_steps(self.mechanics.tally()).scope(0);
-        self.mechanics.keeps_triangles(from, to, share, flat)
+        let triangles = self.sheet().triangles();
+        let cross = |x: &[Vec3], t: usize| {
+            let [a, b, c] = triangles[t].map(|v| x[v as usize]);
+            (b - a).cross(&(c - a))
+        };
+        let worst = self.reduction().max(triangles.len(), |t| {
+            let (old, new) = (cross(from, t), cross(to, t));
+            let keeps = new.norm() >= share * old.norm() && old.dot(&new) > 0.0;
+            let may_turn = || triangle_quality(triangles[t].map(|v| from[v as usize])) < flat;
+            if keeps || may_turn() { 0.0 } else { 1.0 }
+        });
+        worst <= 0.0
     }
 }

@@ -35,20 +35,31 @@ mod kernels;
 
 use std::f64::consts::PI;
 
-use curved::{CurvedRest, CurvedWork};
-use hessian::curved::CurvedAt;
-use kernels::{Gradient, VertexSums};
+use serde::{Deserialize, Serialize};
 
-use super::{BendingWeight, RestShape};
-use crate::Vec3;
+use super::RestShape;
 use crate::effects::material::at_vertices;
 use crate::effects::{Coupling, Energy, HessianPart, MaterialField, ParameterField, Reads, Values};
 use crate::geometry::{AreaRule, Conditions, Shape, VertexArea, angle_at};
 use crate::linear::BlockMatrix;
 use crate::num::real;
-use crate::parallel;
 use crate::parallel::element_blocks::F64x4;
 use crate::sheet::Sheet;
+use crate::{Vec3, parallel};
+use curved::{CurvedRest, CurvedWork};
+use hessian::curved::CurvedAt;
+use kernels::{Gradient, VertexSums};
+
+/// Weight of a vertex in the bending energy.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BendingWeight {
+    /// Its area, so that the sum is an integral.
+    #[default]
+    Area,
+    /// 1, as printed in the paper: a sum of energy densities.
+    Paper,
+}
 
 /// The derivatives of the energy by what a vertex gathers from its triangles.
 #[derive(Debug, Clone, Copy, Default)]

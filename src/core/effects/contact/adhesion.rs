@@ -25,7 +25,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::distance_potential::DistancePotential;
+use super::distance_potential::{DistancePotential, Well};
 use super::obstacle::{Body, ObstacleDistance, check_ramp};
 use super::{Contacts, ObstacleShape};
 use crate::Vec3;
@@ -34,41 +34,6 @@ use crate::geometry::lumped_areas;
 use crate::kinetics::breakpoints::TimeDependence;
 use crate::num::checked::{Finite, Positive};
 use crate::sheet::Sheet;
-
-/// The well.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Well {
-    /// w.
-    pub(super) work: f64,
-    /// r.
-    pub(super) reach: f64,
-}
-
-impl Well {
-    /// 1 - u² where surfaces stick, else 0; and u.
-    fn depth(&self, d: f64) -> (f64, f64) {
-        let u = d / self.reach;
-        ((1.0 - u * u).max(0.0), u)
-    }
-
-    /// a.
-    pub(super) fn energy(&self, d: f64) -> f64 {
-        let (depth, _) = self.depth(d);
-        -self.work * depth * depth * depth
-    }
-
-    /// a'.
-    pub(super) fn slope(&self, d: f64) -> f64 {
-        let (depth, u) = self.depth(d);
-        6.0 * self.work / self.reach * u * depth * depth
-    }
-
-    /// a''.
-    pub(super) fn curvature(&self, d: f64) -> f64 {
-        let (depth, u) = self.depth(d);
-        6.0 * self.work / (self.reach * self.reach) * depth * (1.0 - 5.0 * u * u)
-    }
-}
 
 /// Parameters of adhesion in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -132,25 +97,3 @@ impl EffectSpec for Adhesion {
 }
 
 crate::register_kind!(dyn EffectSpec, "adhesion", Adhesion);
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn derivatives_are_those_of_the_energy() {
-        let well = Well { work: 3.0, reach: 0.7 };
-        let mut steepest = 0.0f64;
-        for k in 1..700 {
-            let (d, h) = (1e-3 * f64::from(k), 1e-6);
-            let slope = (well.energy(d + h) - well.energy(d - h)) / (2.0 * h);
-            let curvature = (well.slope(d + h) - well.slope(d - h)) / (2.0 * h);
-            assert!((slope - well.slope(d)).abs() < 1e-7, "{d}");
-            assert!((curvature - well.curvature(d)).abs() < 1e-6, "{d}");
-            steepest = steepest.max(slope);
-        }
-        assert!((steepest - 1.717 * 3.0 / 0.7).abs() < 1e-2, "{steepest}");
-        assert_eq!([well.energy(0.0), well.slope(0.0), well.energy(0.7)], [-3.0, 0.0, 0.0]);
-        assert_eq!([well.slope(0.8), well.curvature(0.7)], [0.0, 0.0]);
-    }
-}

@@ -38,20 +38,20 @@ use super::{
     Contact, Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart,
     Interaction, Material, Needs, Pins, SeparatedStart, Touching,
 };
-use crate::Vec3;
 use crate::geometry::proximity::{PairKind, Proximity, Reach, at};
 use crate::geometry::{Conditions, CrossingPairs, Crossings, RestMetric, Shape, lumped_areas};
 use crate::linear::BlockMatrix;
 use crate::num::Short;
 use crate::num::checked::Positive;
-use crate::parallel;
 use crate::sheet::{Edge, Sheet};
-pub use adhesion::Adhesion;
+use crate::{Vec3, parallel};
 use barrier::Barrier;
 use distance_potential::DistancePotential;
-pub use obstacle::{Obstacle, ObstacleShape, Side};
 use separate::Start;
 use touching::{ContactPair, Weights};
+
+pub use adhesion::Adhesion;
+pub use obstacle::{Obstacle, ObstacleShape, Side};
 
 /// The stiffness κ in units of Young's modulus, unless a scene says otherwise. Surfaces that push on one another with
 /// a hundredth of it are 0.94 of the reach apart.

@@ -28,7 +28,6 @@ use serde::{Deserialize, Serialize};
 use super::barrier_of;
 use super::distance_potential::DistancePotential;
 use super::mesh::MeshBody;
-use crate::Vec3;
 use crate::effects::field::named;
 use crate::effects::{
     Block, BlockMatrix, Contact, Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy,
@@ -38,8 +37,8 @@ use crate::geometry::{Shape, lumped_areas};
 use crate::kinetics::breakpoints::TimeDependence;
 use crate::num::checked::{Finite, Positive};
 use crate::num::whole;
-use crate::parallel;
 use crate::sheet::Sheet;
+use crate::{Vec3, parallel};
 
 /// The share of the reach below which the barrier is a parabola.
 const PARABOLA_SHARE: f64 = 0.1;

@@ -1,12 +1,11 @@
 //! Sums over contacts: forces and second derivatives of the vertices that move, which come first.
 
 use super::touching::ContactPair;
-use crate::Vec3;
 use crate::effects::{HessianPart, Touching};
 use crate::geometry::proximity::at;
 use crate::linear::{BlockMatrix, Stencils};
 use crate::num::index;
-use crate::parallel;
+use crate::{Vec3, parallel};
 
 /// The energy of `contacts`; their gradient is added to that of the vertices that move.
 pub(super) fn evaluate(contacts: &[ContactPair], gradient: Option<&mut [Vec3]>) -> f64 {

@@ -63,7 +63,7 @@ impl EnergyTerm {
         self.energy.force_scales(1.0).applied
     }
 
-    /// [`Contact::interaction`]; none of an energy that is no contact.
+    /// [`Contact::interaction`]; none of other energies.
     #[must_use]
     pub fn interaction(&self) -> Interaction {
         self.contact.as_ref().map(|contact| contact.interaction()).unwrap_or_default()

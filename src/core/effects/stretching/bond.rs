@@ -22,17 +22,28 @@
 //! Source: Zakharov & Dasbiswas (2021), eq. for U_s; weight after Seung & Nelson,
 //! Phys. Rev. A 38 (1988) 1005, doi:10.1103/PhysRevA.38.1005. Not covered: ν ≠ 1/3.
 
-use super::StretchingWeight;
-use crate::Vec3;
+use serde::{Deserialize, Serialize};
+
 use crate::effects::{
     Coupling, Energy, ForceScales, HessianPart, MaterialField, ParameterField, Values,
 };
 use crate::geometry::{Conditions, Shape};
 use crate::linear::{BlockMatrix, LazyStencils};
-use crate::parallel;
 use crate::parallel::element_blocks::{Corners, F64x4, Group, Kernel};
 use crate::parallel::simd::{Lanes, Lanes3, Simd};
 use crate::sheet::Edge;
+use crate::{Vec3, parallel};
+
+/// Weight `w_ij` of a bond.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StretchingWeight {
+    /// Optimal areas of the sharing triangles.
+    #[default]
+    OptimalArea,
+    /// 1, as printed in the paper.
+    Paper,
+}
 
 /// Bond stretching of one sheet.
 #[derive(Debug)]

@@ -44,16 +44,15 @@
 //! `l/l̄ < 1/√3` in one direction), so nothing but the solver keeps a triangle from turning over.
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
-use super::StretchingModulus;
-use crate::Vec3;
 use crate::effects::element::{self, Element, Mesh};
 use crate::effects::{
     Coupling, Energy, ForceScales, HessianPart, MaterialField, ParameterField, Values,
 };
 use crate::geometry::{Conditions, Shape};
 use crate::linear::{Block, BlockMatrix, LazyStencils};
-use crate::parallel;
+use crate::{Vec3, parallel};
 
 /// Least ratio of the principal values of the rest metric relative to the rest triangle: an optimal
 /// triangle is at most four times flatter than it. Jumps of Φ up to 1.5 within one triangle need
@@ -234,6 +233,18 @@ impl Principal {
             by_small: by_trace - by_spread,
         }
     }
+}
+
+/// Two-dimensional Young's modulus `Y₂` of an StVK membrane.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StretchingModulus {
+    /// `Y₂ = E h/(1-ν²)`, the paper's Y: agrees with the bonds at ν = 1/3.
+    #[default]
+    Paper,
+    /// `Y₂ = E h`: plane stress, a plate cut from a block of Young's modulus E.
+    #[serde(rename = "plate")]
+    PlaneStress,
 }
 
 /// StVK stretching of one sheet.

@@ -1,19 +1,11 @@
 //! Under which conditions energies are: optimal lengths, what laws and internal variables give, species, time; and how the
 //! forces change with them.
 
-use super::{Mechanics, Potential};
+use super::Potential;
 use crate::Vec3;
 use crate::effects::ParameterField;
 use crate::geometry::{Conditions, Shape};
 use crate::model::counters::energy;
-
-/// Zeros for the species that energies read.
-pub(super) fn zero_species(mechanics: &Mechanics) -> Vec<Vec<f64>> {
-    let read = mechanics.species();
-    let count = read.iter().max().map_or(0, |last| last + 1);
-    let vertices = |s: usize| if read.contains(&s) { mechanics.sheet().vertex_count() } else { 0 };
-    (0..count).map(|s| vec![0.0; vertices(s)]).collect()
-}
 
 impl Potential {
     /// Brings it under the length factor Φ of every edge.

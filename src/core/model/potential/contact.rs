@@ -3,15 +3,14 @@
 use std::sync::Arc;
 
 use super::{Potential, energy};
-use crate::Vec3;
 use crate::effects::{AnyContact, Interaction, SeparatedStart, Touching, Work};
 use crate::geometry::{Face, Shape, sum_at_corners};
-use crate::parallel;
+use crate::{Vec3, parallel};
 
 /// What of a contact is counted, and the interactions of which it is asked.
 type Asked = (usize, fn(Interaction) -> bool);
 
-pub(super) const LIMITS_STEPS: Asked = (energy::STEPS, |does| does.limits_steps);
+const LIMITS_STEPS: Asked = (energy::STEPS, |does| does.limits_steps);
 
 impl Potential {
     /// Calls `f` with every contact of which `asked` is true, its memory and the shape at `x`.
@@ -66,6 +65,20 @@ impl Potential {
             let _scope = meter.scope(energy::STEPS);
             contact.allows_path(&shape, work, (to, *time))
         })
+    }
+
+    /// The largest fraction of the step `direction` from `x` that all effects allow, up to 1.
+    pub fn largest_step(&mut self, x: &[Vec3], direction: &[Vec3]) -> f64 {
+        let mut share = 1.0f64;
+        if !self.mechanics.limits_steps() {
+            return share;
+        }
+        self.each_contact(LIMITS_STEPS, x, |_, term, work, shape| {
+            share = share.min(term.largest_step(shape, work, direction));
+        });
+        let mut blocked = [-share];
+        self.reduction().max_over_ranks(&mut blocked);
+        -blocked[0]
     }
 
     /// A start near `x` that effects were asked to make of one that they refuse.

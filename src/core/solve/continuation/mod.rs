@@ -40,16 +40,17 @@ mod unknowns;
 
 use std::ops::RangeInclusive;
 
-pub use self::branch::Continuation;
-pub use self::elastic::Elastic;
-pub use self::reacting::{Reacting, ReactingFamily, imbalance};
-pub use self::system::{Equilibrium, System};
-pub use self::unknowns::{Direction, Unknowns};
 use super::SolveError;
 use super::stability::Mode;
 use crate::effects::{EnergyTerm, Interaction};
 use crate::geometry;
 use crate::model::{Mechanics, Potential};
+
+pub use self::branch::Continuation;
+pub use self::elastic::Elastic;
+pub use self::reacting::{Reacting, ReactingFamily, imbalance};
+pub use self::system::{Equilibrium, System};
+pub use self::unknowns::{Direction, Unknowns};
 
 /// The potentials U(x; λ) of one sheet: the same effects, fixed directions and vertices at every λ.
 pub trait Family {

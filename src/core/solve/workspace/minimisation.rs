@@ -303,3 +303,20 @@ fn scaled(potential: &Potential, x: &[Vec3]) -> Option<Vec<Vec3>> {
     let centre = mean(x, reduction);
     Some(x.iter().map(|x| centre + factor * (x - centre)).collect())
 }
+
+impl Workspace {
+    /// Moves the shape of `state`, a minimum, rigidly to where it has no net motion from `about`; nothing unless the sheet
+    /// floats.
+    ///
+    /// # Errors
+    /// If the model has no value there.
+    pub(in crate::solve) fn align(&mut self, state: &mut State, about: &[Vec3]) -> Result<()> {
+        let tolerance = self.force_tolerance();
+        let Self { model, memory, floating, .. } = self;
+        let mut x = state.x.to_vec();
+        let mut at = model.at(state, memory);
+        floating.settle(at.potential()?, (&mut x, about), None, (model.drag(), tolerance));
+        state.x = x.into();
+        Ok(())
+    }
+}
