@@ -1,11 +1,11 @@
 //! `rumple accuracy SCENE`: what accuracy costs, as a picture and a sentence.
 
+use clap::Args;
 use clap::parser::ValueSource;
-use clap::{Args, CommandFactory};
 
 use super::sweep::begin::{begin, configure_members};
 use super::sweep::{HowArgs, show};
-use super::{Cli, SceneArgs, absolute, warn};
+use super::{SceneArgs, absolute, warn};
 use crate::kinetics::PluginSearch;
 use crate::num::Short;
 use crate::num::checked::Positive;
@@ -73,7 +73,7 @@ Runs are made one at a time, so that they do not disturb one another's times; --
 The same command again continues an interrupted study. Runs that fail or take too long are shown as such; exit
 code 1 if no reference came to its end, or a run ended without a word.";
 
-pub(super) fn run(args: &AccuracyArgs) -> Result<()> {
+pub(super) fn run(args: &AccuracyArgs, command: &clap::Command) -> Result<()> {
     if let Some(want) = args.want.filter(|want| *want >= 1.0 && !args.how.quiet) {
         warn(&format!("--want {want}: an error of {} %; 0.01 is 1 %", Short(100.0 * want)));
     }
@@ -87,7 +87,7 @@ pub(super) fn run(args: &AccuracyArgs) -> Result<()> {
             )));
         };
         let plan = Plan::of(&root)?;
-        refuse_for_directory()?;
+        refuse_for_directory(command)?;
         if let Some(of) = args.of {
             of.check(Simulation::new(&plan.scene(0)?, &plan.search())?.model())?;
         }
@@ -118,8 +118,7 @@ fn whole_seconds(text: &str) -> std::result::Result<u64, String> {
 }
 
 /// What was made is gathered: what would make other runs, or make runs otherwise, is refused.
-fn refuse_for_directory() -> Result<()> {
-    let command = Cli::command();
+fn refuse_for_directory(command: &clap::Command) -> Result<()> {
     let matches = command.clone().get_matches();
     let Some((name, given)) = matches.subcommand() else { return Ok(()) };
     let options = command.find_subcommand(name).into_iter().flat_map(clap::Command::get_arguments);

@@ -1,16 +1,14 @@
 //! `rumple completions` and `rumple man`: completions for shells and pages for `man`, from the commands themselves.
 
-use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
-use clap::{Args, Command, CommandFactory};
-use clap_complete::Shell;
-use clap_mangen::Man;
+use clap::{Args, Command};
 
-use super::Cli;
 use crate::Result;
 use crate::output::{Inputs, OutputError, ResultFile};
+use clap_complete::Shell;
+use clap_mangen::Man;
 
 /// Arguments of `completions`.
 #[derive(Debug, Args)]
@@ -30,16 +28,16 @@ pub(super) struct ManArgs {
 }
 
 /// Prints the completions for a shell.
-pub(super) fn completions(args: &CompletionArgs) -> Result<()> {
+pub(super) fn completions(args: &CompletionArgs, mut command: clap::Command) -> Result<()> {
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut Cli::command(), "rumple", &mut script);
+    clap_complete::generate(args.shell, &mut command, "rumple", &mut script);
     Ok(ResultFile::StandardOutput.write(|out| out.write_all(&script))?)
 }
 
 /// Writes the pages for `man`.
-pub(super) fn man(args: &ManArgs) -> Result<()> {
+pub(super) fn man(args: &ManArgs, command: clap::Command) -> Result<()> {
     fs::create_dir_all(&args.dir).map_err(OutputError::write(&args.dir))?;
-    let mut command = Cli::command().disable_help_subcommand(true);
+    let mut command = command.disable_help_subcommand(true);
     command.build();
     let mut pages = Vec::new();
     man_pages(&command, &args.dir, &mut pages).map_err(OutputError::write(&args.dir))?;

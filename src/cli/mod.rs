@@ -17,6 +17,7 @@ mod explain;
 mod follow;
 mod inspect;
 pub mod mesh;
+mod messages;
 mod new;
 mod paraview;
 mod picture;
@@ -25,24 +26,21 @@ mod rank_job;
 mod ranks;
 mod resume;
 mod run;
+mod scene_args;
 mod schema;
 mod sweep;
 mod view;
 
-use std::io::{IsTerminal, Write};
-use std::path::{Path, PathBuf};
+use std::io::IsTerminal;
 use std::process::ExitCode;
-use std::sync::mpsc;
-use std::thread;
-use std::time::{Duration, Instant};
 
-use clap::{Args, Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
-use crate::kinetics::PluginSearch;
-use crate::output::{OutputError, interrupt};
-use crate::scene::Scene;
+use crate::Error;
+use crate::output::interrupt;
 use crate::solve::SolveError;
-use crate::{Error, Result};
+use messages::{Waiting, warn};
+use scene_args::{SceneArgs, absolute, finite, set_threads};
 
 /// Thin elastic sheets whose shape and chemistry drive one another.
 #[derive(Debug, Parser)]
@@ -94,83 +92,6 @@ enum Command {
     Man(completions::ManArgs),
 }
 
-/// Bytes of stack of a thread: what the main one has elsewhere.
-const STACK_BYTES: usize = 8 << 20;
-
-/// What every command that takes a scene takes.
-#[derive(Debug, Clone, Args)]
-struct SceneArgs {
-    /// The scene file.
-    scene: PathBuf,
-    /// Override a key of the scene, as in `--set time.until=100`; may be repeated.
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    overrides: Vec<String>,
-    /// Directory to look for plugins in, before RUMPLE_PLUGIN_PATH and the program's own
-    /// directory; may be repeated.
-    #[arg(long = "plugin-path", value_name = "DIR")]
-    plugin_path: Vec<PathBuf>,
-    /// Threads to compute with; all cores by default, for a member of a sweep 1. Results do not depend on
-    /// it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    threads: Option<u16>,
-}
-
-impl SceneArgs {
-    /// Sets up the threads.
-    fn set_threads(&self) {
-        set_threads(self.threads);
-    }
-
-    /// Sets up the threads and does `work` on one of them: parallel loops begin there at once, where another
-    /// thread would have to wake them and to wait.
-    fn with_threads<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
-        self.set_threads();
-        rayon::scope(|_| work())
-    }
-
-    /// The same options word by word, but for the scene: as a job needs them that runs elsewhere.
-    fn words(&self) -> Result<Vec<String>> {
-        let mut words: Vec<String> = Vec::new();
-        self.overrides.iter().for_each(|set| words.extend(["--set".to_owned(), set.clone()]));
-        words.extend(self.words_of_plugins()?);
-        Ok(words)
-    }
-
-    /// Those of them that a resumed run takes as well.
-    fn words_of_plugins(&self) -> Result<Vec<String>> {
-        let mut words = Vec::new();
-        for path in &self.plugin_path {
-            let path = absolute(path)?.to_string_lossy().into_owned();
-            words.extend(["--plugin-path".to_owned(), path]);
-        }
-        if let Some(threads) = self.threads {
-            words.extend(["--threads".to_owned(), threads.to_string()]);
-        }
-        Ok(words)
-    }
-
-    /// Sets up the threads and reads the scene.
-    fn load(&self) -> Result<(Scene, PluginSearch)> {
-        self.set_threads();
-        let scene = Scene::load(&self.scene, &self.overrides)?;
-        Ok((scene, PluginSearch::from_environment(&self.plugin_path)))
-    }
-}
-
-/// Sets up the threads, as many as there are cores if no number is given.
-fn set_threads(threads: Option<u16>) {
-    // Only fails if a pool exists already, which then serves as well.
-    let threads = threads.map_or(0, usize::from);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK_BYTES);
-    let _ = pool.build_global();
-}
-
-/// A path that does not depend on the working directory.
-fn absolute(path: &Path) -> Result<PathBuf> {
-    std::path::absolute(path)
-        .map_err(|source| OutputError::Read { path: path.to_owned(), source }.into())
-}
-
 /// Runs the command line and returns the exit code: 0 done, 2 bad input, 128 and the number of a
 /// signal that ended a run, 1 anything else.
 #[must_use]
@@ -190,12 +111,12 @@ pub fn main() -> ExitCode {
         Command::Inspect(args) => inspect::run(args),
         Command::Sweep(args) => sweep::run(args),
         Command::Follow(args) => follow::run(args),
-        Command::Accuracy(args) => accuracy::run(args),
+        Command::Accuracy(args) => accuracy::run(args, &Cli::command()),
         Command::Mesh(args) => mesh::run(args),
         Command::Plugin(args) => plugin::run(args),
         Command::Schema(args) => schema::run(args),
-        Command::Completions(args) => completions::completions(args),
-        Command::Man(args) => completions::man(args),
+        Command::Completions(args) => completions::completions(args, Cli::command()),
+        Command::Man(args) => completions::man(args, Cli::command()),
     };
     let (code, text) = match result {
         Ok(()) => (0, String::new()),
@@ -215,40 +136,6 @@ pub fn main() -> ExitCode {
         }
     };
     ranks::end(code, &text)
-}
-
-/// Progress message on standard error, while this value lives.
-struct Waiting {
-    /// Whose end is seen.
-    _end: Option<mpsc::Sender<()>>,
-}
-
-impl Waiting {
-    /// Nothing is said in the first seconds, nor ever where `silent`.
-    fn on(what: &'static str, silent: bool) -> Self {
-        const WARNING_INTERVAL: Duration = Duration::from_secs(4);
-        let (end, ended) = mpsc::channel();
-        let watch = move || {
-            let began = Instant::now();
-            while ended.recv_timeout(WARNING_INTERVAL) == Err(mpsc::RecvTimeoutError::Timeout) {
-                warn(&format!("{what}, for {:.0} s so far", began.elapsed().as_secs_f64()));
-            }
-        };
-        // Without a thread, no message.
-        let told = !silent && thread::Builder::new().spawn(watch).is_ok();
-        Self { _end: told.then_some(end) }
-    }
-}
-
-/// A number of the command line that is finite.
-fn finite(text: &str) -> std::result::Result<f64, String> {
-    let number: f64 = text.parse().map_err(|_| "is not a number".to_owned())?;
-    number.is_finite().then_some(number).ok_or_else(|| "is not finite".to_owned())
-}
-
-/// Prints a line on standard error, whether anybody reads it or not.
-fn warn(text: &str) {
-    let _ = writeln!(std::io::stderr(), "{}", text.trim_end());
 }
 
 fn exit_code(error: &Error) -> u8 {

@@ -2,7 +2,6 @@
 
 use smallvec::SmallVec;
 
-use super::Quantity;
 use super::descriptor::Location;
 use rumple_numerics::num::all_finite;
 
@@ -145,14 +144,6 @@ impl Batch<'_> {
             signals: &from_point(self.signals, start),
             parameters: &from_point(self.parameters, start),
         })
-    }
-
-    /// The inputs that a quantity of the rates' signals, or of none, reads.
-    pub(super) fn of(&self, quantity: Quantity) -> Self {
-        match quantity {
-            Quantity::Feedback(_) => Self { signals: &[], ..*self },
-            Quantity::Rates | Quantity::Observables => *self,
-        }
     }
 
     /// All input columns, species first.

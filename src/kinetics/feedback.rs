@@ -7,7 +7,12 @@
 //! ```
 
 use super::Capabilities;
-use super::site::{LENGTH_FACTOR, LENGTH_FACTOR_ACROSS};
+
+/// What messages call the length factor.
+pub(super) const LENGTH_FACTOR: &str = "the length factor";
+
+/// The same of the one across a fibre.
+pub(super) const LENGTH_FACTOR_ACROSS: &str = "the length factor across";
 
 /// A quantity that a law may give.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

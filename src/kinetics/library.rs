@@ -12,7 +12,6 @@ mod inputs;
 mod instance;
 mod read;
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -20,7 +19,6 @@ use rumple_plugin_abi as abi;
 
 use super::descriptor::Descriptor;
 use super::error::KineticsError;
-use super::parameters;
 use super::search::no_file;
 use super::{Feedback, Quantity};
 pub use instance::PluginKinetics;
@@ -148,16 +146,5 @@ impl Library {
     #[must_use]
     pub fn descriptor(&self) -> &Descriptor {
         &self.descriptor
-    }
-
-    /// The law with these parameters; those not given take their defaults.
-    ///
-    /// # Errors
-    /// An unknown parameter, one out of bounds, or a failure that the plugin reports.
-    pub fn instantiate(
-        self: &Arc<Self>,
-        given: &BTreeMap<String, f64>,
-    ) -> Result<PluginKinetics, KineticsError> {
-        PluginKinetics::new(self, parameters::resolve(&self.descriptor, given)?)
     }
 }

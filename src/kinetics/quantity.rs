@@ -181,3 +181,13 @@ impl Quantity {
         Ok(())
     }
 }
+
+impl Batch<'_> {
+    /// The inputs that a quantity of the rates' signals, or of none, reads.
+    pub(super) fn of(&self, quantity: Quantity) -> Self {
+        match quantity {
+            Quantity::Feedback(_) => Self { signals: &[], ..*self },
+            Quantity::Rates | Quantity::Observables => *self,
+        }
+    }
+}

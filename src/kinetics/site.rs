@@ -62,11 +62,6 @@ impl fmt::Display for Site {
     }
 }
 
-/// What messages call the length factor.
-pub(super) const LENGTH_FACTOR: &str = "the length factor";
-/// The same of the one across a fibre.
-pub(super) const LENGTH_FACTOR_ACROSS: &str = "the length factor across";
-
 /// A bad output, with all that is needed to reproduce it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BadValue {

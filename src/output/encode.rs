@@ -14,8 +14,7 @@ use base64::write::EncoderWriter;
 use flate2::Compression as Level;
 use flate2::write::ZlibEncoder;
 use rayon::prelude::*;
-
-use super::vtu::Compression;
+use serde::{Deserialize, Serialize};
 
 /// Bytes compressed as one block.
 ///
@@ -97,4 +96,33 @@ pub(super) fn data_array(
     let mut text = EncoderWriter::new(out, &BASE64);
     blocks.iter().try_for_each(|block| text.write_all(block))?;
     text.finish().map(drop)
+}
+
+/// How arrays are packed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Compression {
+    /// zlib at a level that favours speed; positions keep their full precision, so higher levels
+    /// gain little.
+    #[default]
+    Zlib,
+    /// No compression.
+    None,
+}
+
+impl Compression {
+    /// zlib's level, or nothing for uncompressed arrays.
+    pub(super) fn level(self) -> Option<u32> {
+        match self {
+            Self::Zlib => Some(1),
+            Self::None => None,
+        }
+    }
+
+    pub(super) fn attribute(self) -> &'static str {
+        match self {
+            Self::Zlib => " compressor=\"vtkZLibDataCompressor\"",
+            Self::None => "",
+        }
+    }
 }

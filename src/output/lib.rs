@@ -43,6 +43,7 @@ use std::path::{Path, PathBuf};
 
 pub use checkpoint::CheckpointFiles;
 pub use directory::ResultDirectory;
+pub use encode::Compression;
 pub use failure::FailureFolder;
 pub use file::ResultFile;
 pub use frame::{Field, Frame};
@@ -53,7 +54,6 @@ pub use lock::{Claim, Reached, RunStatus, SelfIntersection, Standing};
 pub use progress::{Mode, Progress, ProgressLine};
 pub use provenance::Provenance;
 pub use series::Series;
-pub use vtu::Compression;
 
 /// Why something could not be written or read back.
 #[derive(Debug, thiserror::Error)]

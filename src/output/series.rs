@@ -3,10 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::encode::decimal;
+use super::encode::{Compression, decimal};
 use super::provenance::digest_of;
-use super::vtu::{self, Compression};
-use super::{Frame, OutputError, ResultDirectory, atomic, pvtu};
+use super::{Frame, OutputError, ResultDirectory, atomic, pvtu, vtu};
 
 /// Writes frames one after another and keeps the index in step with them.
 ///

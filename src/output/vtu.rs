@@ -10,39 +10,9 @@
 use std::io::Write;
 
 use rumple_numerics::num::index;
-use serde::{Deserialize, Serialize};
 
-use super::encode::{Bytes, data_array, decimal};
+use super::encode::{Bytes, Compression, data_array, decimal};
 use super::{Field, Frame, OutputError};
-
-/// How arrays are packed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Compression {
-    /// zlib at a level that favours speed; positions keep their full precision, so higher levels
-    /// gain little.
-    #[default]
-    Zlib,
-    /// No compression.
-    None,
-}
-
-impl Compression {
-    /// zlib's level, or nothing for uncompressed arrays.
-    pub(super) fn level(self) -> Option<u32> {
-        match self {
-            Self::Zlib => Some(1),
-            Self::None => None,
-        }
-    }
-
-    fn attribute(self) -> &'static str {
-        match self {
-            Self::Zlib => " compressor=\"vtkZLibDataCompressor\"",
-            Self::None => "",
-        }
-    }
-}
 
 /// VTK's number for a triangle.
 const TRIANGLE: u8 = 5;

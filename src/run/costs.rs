@@ -1,8 +1,6 @@
 //! What a run cost: share of time of every effect, signal, law and part of the solver.
 
 use std::path::Path;
-#[cfg(unix)]
-use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
@@ -10,6 +8,7 @@ use super::{Error, Result, Simulation};
 use crate::model::constraint_meter;
 use crate::num::real;
 use crate::output::{OutputError, ResultDirectory, atomic};
+use crate::run::processor_time;
 use crate::scene::Scene;
 use crate::tally::{Cost, Work};
 
@@ -78,20 +77,6 @@ impl PartCost {
     fn is_nothing(&self) -> bool {
         self.counts.is_empty() && self.seconds == 0.0
     }
-}
-
-/// Processor time of all threads of this process, s.
-#[cfg(unix)]
-pub(crate) fn processor_time() -> Option<f64> {
-    use rustix::time::{ClockId, clock_gettime};
-    let time = clock_gettime(ClockId::ProcessCPUTime);
-    let [seconds, nanoseconds] = [time.tv_sec, time.tv_nsec].map(u64::try_from);
-    Some(Duration::new(seconds.ok()?, u32::try_from(nanoseconds.ok()?).ok()?).as_secs_f64())
-}
-
-#[cfg(not(unix))]
-pub(crate) fn processor_time() -> Option<f64> {
-    None
 }
 
 /// Largest resident memory so far of this process, or of the one called `process`, bytes; where the

@@ -1,7 +1,8 @@
 //! The error of whole runs: every failure that a user, a file or a plugin can cause.
 
+use std::path::PathBuf;
+
 use super::invariants::BrokenInvariant;
-use super::run::Failure;
 use crate::kinetics::KineticsError;
 use crate::model::ModelError;
 use crate::output::OutputError;
@@ -72,4 +73,18 @@ impl From<SolveError> for Error {
             other => Self::Solve(other),
         }
     }
+}
+
+/// A run that failed, with what is to be known of it on the disk.
+#[derive(Debug, thiserror::Error)]
+#[error("{error}\nthe run stopped at time {time}, step {step}; why, and the last good state, are in {}", folder.display())]
+pub struct Failure {
+    /// What went wrong.
+    pub error: Box<Error>,
+    /// Time of the last good state.
+    pub time: f64,
+    /// Step of the last good state.
+    pub step: u64,
+    /// What was written about it.
+    pub folder: PathBuf,
 }

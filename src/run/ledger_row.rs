@@ -1,8 +1,8 @@
 //! The ledger's row: one line of numbers for every accepted step.
 
+use super::Result;
 use super::fields::qualities;
-use super::invariants::Invariants;
-use super::{Result, Simulation, StepInfo};
+use crate::Vec3;
 use crate::effects::Measure;
 use crate::geometry::{Face, sum_at_corners};
 use crate::kinetics::Location;
@@ -14,10 +14,9 @@ use crate::solve::StepReport;
 use crate::solve::equilibrium::Relaxation;
 use crate::solve::rejections::Cause;
 use crate::tally::Work;
-use crate::{Stepper, Vec3};
 
 /// Title of the column of wall time.
-const WALL_TIME_TITLE: &str = "wall time [s]";
+pub(super) const WALL_TIME_TITLE: &str = "wall time [s]";
 /// Titles of the ledger's first columns.
 const STEP_TITLES: [&str; 4] = ["step", "time", "step size [time]", "error estimate"];
 
@@ -229,27 +228,19 @@ pub(super) fn row(
     Ok(row)
 }
 
-/// The row of the state of `simulation`, which the step of `report` has led to, with its titles: all of the ledger
-/// but the wall time and what a watch on stability adds.
-///
-/// # Errors
-/// If a law fails.
-pub(super) fn titled_row(
-    simulation: &mut Simulation,
-    report: &StepReport,
-) -> Result<Vec<(String, f64)>> {
-    let Simulation { stepper: Stepper { workspace, state, .. }, invariants, .. } = simulation;
-    let kept = invariants.as_ref().map(Invariants::row).unwrap_or_default();
-    let titles = invariants.as_ref().map(Invariants::columns).unwrap_or_default();
-    let columns = columns(&workspace.model, false, &titles);
-    let info = StepInfo {
-        report,
-        frame: false,
-        new: true,
-        negative: None,
-        invariants: &kept,
-        wall: f64::NAN,
-    };
-    let row = row(&mut workspace.at(state), &info, &mut ShapeSums::default())?;
-    Ok(columns.into_iter().zip(row).filter(|(title, _)| title != WALL_TIME_TITLE).collect())
+/// What is known of an accepted state besides itself.
+pub struct StepInfo<'a> {
+    /// The step that led to it; at the start, the work of the first relaxation.
+    pub report: &'a StepReport,
+    /// Whether it is one of the output times, or the last state; once for every state.
+    pub frame: bool,
+    /// Whether it is seen for the first time. A run that is interrupted in a step shows the state before
+    /// again, as its last one.
+    pub new: bool,
+    /// Number of negative-curvature modes, where the run monitors stability.
+    pub negative: Option<f64>,
+    /// What the monitors that the scene lists say of it, in the order of their columns.
+    pub invariants: &'a [f64],
+    /// Wall time since the run began, seconds.
+    pub wall: f64,
 }

@@ -22,6 +22,7 @@ mod invariants;
 pub mod laws;
 pub(crate) mod ledger_row;
 mod lints;
+mod mesh;
 mod observe;
 pub mod overview;
 pub mod pattern;
@@ -48,16 +49,17 @@ mod typical_magnitudes;
 mod warnings;
 
 pub use checkpoint::Checkpoint;
-pub(crate) use costs::processor_time;
 pub use costs::{Costs, peak_resident};
 pub use error::{Error, Result};
 pub use explain::Explanation;
 pub use fields::Fields;
 pub use invariants::BrokenInvariant;
-pub use observe::{Observer, StepInfo, StopRules};
+pub use ledger_row::StepInfo;
+pub use observe::{Observer, StopRules};
 pub use prepare::material;
+pub(crate) use processor::processor_time;
 pub use simulation::Simulation;
 pub use summary::{Ending, Summary};
 
-pub(crate) use prepare::{located, location, read_sheet};
+pub(crate) use mesh::{located, location, read_sheet};
 pub(crate) use stability_monitor::stays_at_saddle;

@@ -6,25 +6,8 @@ use super::summary::Ending;
 use super::{Error, Result, ledger_row};
 use crate::model::{Evaluation, Model};
 use crate::output::{Ledger, ResultDirectory, Series};
+use crate::run::StepInfo;
 use crate::scene::{OutputSpec, Scene};
-use crate::solve::StepReport;
-
-/// What is known of an accepted state besides itself.
-pub struct StepInfo<'a> {
-    /// The step that led to it; at the start, the work of the first relaxation.
-    pub report: &'a StepReport,
-    /// Whether it is one of the output times, or the last state; once for every state.
-    pub frame: bool,
-    /// Whether it is seen for the first time. A run that is interrupted in a step shows the state before
-    /// again, as its last one.
-    pub new: bool,
-    /// Number of negative-curvature modes, where the run monitors stability.
-    pub negative: Option<f64>,
-    /// What the monitors that the scene lists say of it, in the order of their columns.
-    pub invariants: &'a [f64],
-    /// Wall time since the run began, seconds.
-    pub wall: f64,
-}
 
 /// Sees every accepted state; all share one evaluation, so that what several ask for is computed once.
 pub trait Observer {

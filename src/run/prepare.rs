@@ -4,27 +4,29 @@ use std::cell::LazyCell;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::binding;
 use super::invariants::Invariants;
-use super::laws::Laws;
+use super::laws::{self, Laws};
 use super::processor::Processor;
 use super::ranks::RankPart;
 use super::setup_cost::SetupCost;
 use super::simulation::{Simulation, mesh_record};
 use super::{
-    Error, Fields, Result, initial_state, laws, lints, planar, scale_checks, typical_magnitudes,
+    Fields, Result, binding, initial_state, lints, planar, scale_checks, typical_magnitudes,
 };
+use crate::Stepper;
 use crate::effects::{EffectError, MaterialField, ReadSurface};
 use crate::geometry::face_areas;
 use crate::kinetics::{Kinetics, Location, PluginSearch, Signal};
 use crate::model::{Model, ParameterFields, Potential, State};
 use crate::output::provenance::MeshRecord;
-use crate::problem::{Law, Part, Problem, ProblemError};
+use crate::problem::{Law, Problem};
 use crate::reduction::Communicator;
+use crate::run::binding::placed;
+use crate::run::mesh::read_surface;
+use crate::run::{location, read_sheet};
 use crate::scene::{Scene, SheetSource};
-use crate::sheet::{self, Part as SheetPart, Sheet, Surface};
+use crate::sheet::{self, Part as SheetPart, Sheet};
 use crate::tally::Tally;
-use crate::{Stepper, Vec3};
 
 /// The material of a scene on its sheet.
 ///
@@ -77,6 +79,28 @@ fn check_point(scene: &Scene, kinetics: Option<&dyn Kinetics>) -> Result<()> {
         return Err(scene.error_at("kinetics", &message, Some(help)).into());
     }
     Ok(())
+}
+
+impl Simulation {
+    /// Makes `scene` ready to run; plugins are looked for as `search` says.
+    ///
+    /// # Errors
+    /// A mesh, plugin, parameter, effect or field that does not fit, with its place in the scene.
+    pub fn new(scene: &Scene, search: &PluginSearch) -> Result<Self> {
+        prepare(scene, search)
+    }
+
+    /// The same over several ranks: each keeps its part of the sheet, and all take the same steps.
+    ///
+    /// # Errors
+    /// As for [`Simulation::new`], on any rank; what does not go over ranks; fewer vertices than ranks.
+    pub fn over(
+        scene: &Scene,
+        search: &PluginSearch,
+        ranks: Arc<dyn Communicator>,
+    ) -> Result<Self> {
+        over(scene, search, ranks)
+    }
 }
 
 /// Makes `scene` ready to run.
@@ -302,71 +326,4 @@ fn note_model(scene: &Scene, model: &Model, notes: &mut Vec<String>) -> Result<(
         lints::on_drag(scene, model.drag(), notes);
     }
     Ok(())
-}
-
-/// `error` at its place in `scene`.
-pub(super) fn placed(scene: &Scene, error: &ProblemError) -> Error {
-    let ProblemError { part, message, help } = error;
-    let at = |path: &str| scene.error_at(path, message, help.as_deref());
-    let error = match part {
-        Part::Material => scene.missing_table("material", message),
-        Part::Effects => at("effect"),
-        Part::Effect(number, key) if key.is_empty() => at(&format!("effect[{number}]")),
-        Part::Effect(number, key) => at(&format!("effect[{number}].{key}")),
-        Part::Sheet => at("sheet"),
-        Part::Planar => at("sheet.planar"),
-        Part::Law => at("kinetics"),
-        Part::Integrator => at("time.integrator"),
-        Part::Drag => at("material.drag"),
-        Part::Equilibrium => at("equilibrium"),
-    };
-    error.into()
-}
-
-/// Says where the point is that an error blames.
-pub(crate) fn located(mut error: Error, sheet: &Sheet, x: &[Vec3]) -> Error {
-    if let Error::Kinetics(kinetics) = &mut error
-        && let Some(site) = kinetics.site_mut()
-    {
-        let corners: &[u32] = match site.location {
-            "vertex" => &[crate::num::index(site.point)],
-            "edge" => sheet.edges().get(site.point).map_or(&[], |edge| &edge.vertices),
-            _ => sheet.triangles().get(site.point).map_or(&[], |corners| corners),
-        };
-        let places: Vec<&Vec3> = corners.iter().filter_map(|v| x.get(*v as usize)).collect();
-        if !places.is_empty() {
-            let mean = places.iter().copied().sum::<Vec3>() / crate::num::real(places.len());
-            site.position = Some(mean.into());
-        }
-    }
-    error
-}
-
-pub(crate) fn read_sheet(scene: &Scene, notes: &mut Vec<String>) -> Result<Sheet> {
-    let refuse = |key: &str, e: &sheet::SheetError| {
-        Error::Scene(scene.error_at(&format!("sheet.{key}"), &e.to_string(), None))
-    };
-    match &scene.sheet.source {
-        SheetSource::File { file } => {
-            let surface = sheet::read::surface(file).map_err(|e| refuse("file", &e))?;
-            let (sheet, findings) = surface.into_sheet().map_err(|e| refuse("file", &e))?;
-            notes.extend(findings.iter().map(ToString::to_string));
-            Ok(sheet)
-        }
-        SheetSource::Point { .. } => {
-            Sheet::new(vec![Vec3::zeros()], Vec::new()).map_err(|e| refuse("shape", &e))
-        }
-        SheetSource::Generated(shape) => initial_state::generated(scene, shape),
-    }
-}
-
-/// A file of a mesh that an effect or a field names.
-fn read_surface(file: &Path) -> std::result::Result<Surface, String> {
-    sheet::read::surface(file).map_err(|e| e.to_string())
-}
-
-pub(crate) fn location(scene: &Scene, kinetics: Option<&dyn Kinetics>) -> Location {
-    let chosen = scene.kinetics.first().and_then(|k| k.location);
-    let usual = || kinetics.and_then(|k| k.descriptor().species.first().map(|s| s.location));
-    chosen.or_else(usual).unwrap_or(Location::Vertex)
 }

@@ -4,9 +4,7 @@
 //! it is asked at the ends of pieces that are long, and else now and then: of what is short the wall time
 //! stands for it, as nothing short has waited or works on several threads.
 
-use std::time::Instant;
-
-use super::costs::processor_time;
+use std::time::{Duration, Instant};
 
 /// A piece of work or a pause this long, s, does not go by without asking the system.
 const LONG_INTERVAL: f64 = 5e-5;
@@ -67,4 +65,18 @@ impl Processor {
         self.asked = Some((now, used));
         (self.pieces, self.pauses) = (0.0, 0.0);
     }
+}
+
+/// Processor time of all threads of this process, s.
+#[cfg(unix)]
+pub(crate) fn processor_time() -> Option<f64> {
+    use rustix::time::{ClockId, clock_gettime};
+    let time = clock_gettime(ClockId::ProcessCPUTime);
+    let [seconds, nanoseconds] = [time.tv_sec, time.tv_nsec].map(u64::try_from);
+    Some(Duration::new(seconds.ok()?, u32::try_from(nanoseconds.ok()?).ok()?).as_secs_f64())
+}
+
+#[cfg(not(unix))]
+pub(crate) fn processor_time() -> Option<f64> {
+    None
 }

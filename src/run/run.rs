@@ -6,13 +6,14 @@ use std::time::Instant;
 
 use super::checkpoint::Checkpoint;
 use super::costs::{Costs, peak_resident};
+pub use super::error::Failure;
 use super::incidents::RunEvents;
 use super::observe::Observer;
 use super::recorder::{Recorder, RunClock, RunObservers};
 use super::resume::Resumed;
 use super::session::Session;
 pub(crate) use super::summary::end;
-pub use super::summary::{Ending, Failure, Summary, with_status};
+pub use super::summary::{Ending, Summary, with_status};
 use super::{Error, Result, Simulation, lints, provenance, stability_monitor};
 use crate::model::Start;
 use crate::num::Short;

@@ -68,7 +68,7 @@ pub(super) fn check_load(
     energy: &EnergyTerm,
     material: Option<&Material>,
 ) -> Result<(), ProblemError> {
-    let force = energy.largest_applied_force();
+    let force = energy.applied_force();
     let modulus = material.map_or(1.0, Material::stretching_modulus);
     if force == 0.0 || (force / modulus).abs() <= LARGEST && force <= LARGEST {
         return Ok(());

@@ -2,8 +2,8 @@
 //! for at every frame and at the end of a run. Without the effect `contact` a sheet does not feel itself, and such shapes are no results.
 //! Nor are those inside of an obstacle, where pins win.
 
-use super::observe::{Observer, StepInfo};
-use super::{Result, Simulation};
+use super::observe::Observer;
+use super::{Result, Simulation, StepInfo};
 use crate::Vec3;
 use crate::geometry::Crossings;
 use crate::model::Evaluation;

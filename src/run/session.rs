@@ -1,9 +1,9 @@
 //! A run that is under way: its scene, directory and progress, and the failure report that it leaves.
 
-use super::summary::Failure;
 use super::{Error, Simulation, failure};
 use crate::model::State;
 use crate::output::{Interrupt, Progress, ResultDirectory};
+use crate::run::error::Failure;
 use crate::scene::Scene;
 use crate::solve::SolveError;
 

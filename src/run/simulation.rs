@@ -7,14 +7,13 @@ use super::invariants::Invariants;
 use super::processor::Processor;
 use super::ranks::RankPart;
 use super::setup_cost::SetupCost;
-use super::{Error, Fields, Result, laws, ledger_row, prepare};
+use super::{Error, Fields, Result, laws};
 use crate::Stepper;
-use crate::kinetics::PluginSearch;
 use crate::model::{Evaluation, Model, State};
 use crate::output::Frame;
 use crate::output::provenance::MeshRecord;
-use crate::reduction::Communicator;
-use crate::scene::Scene;
+use crate::run::StepInfo;
+use crate::run::ledger_row::{ShapeSums, WALL_TIME_TITLE, columns, row};
 use crate::sheet::{Sheet, Surface};
 use crate::solve::equilibrium::Relaxation;
 use crate::solve::{Control, SolveError, StepReport, diagnosis};
@@ -64,26 +63,6 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// Makes `scene` ready to run; plugins are looked for as `search` says.
-    ///
-    /// # Errors
-    /// A mesh, plugin, parameter, effect or field that does not fit, with its place in the scene.
-    pub fn new(scene: &Scene, search: &PluginSearch) -> Result<Self> {
-        prepare::prepare(scene, search)
-    }
-
-    /// The same over several ranks: each keeps its part of the sheet, and all take the same steps.
-    ///
-    /// # Errors
-    /// As for [`Simulation::new`], on any rank; what does not go over ranks; fewer vertices than ranks.
-    pub fn over(
-        scene: &Scene,
-        search: &PluginSearch,
-        ranks: Arc<dyn Communicator>,
-    ) -> Result<Self> {
-        prepare::over(scene, search, ranks)
-    }
-
     /// What of a surface of the whole sheet this rank has; all of it in one process.
     #[must_use]
     pub fn part_of(&self, mut surface: Surface) -> Surface {
@@ -283,7 +262,20 @@ impl Simulation {
     /// # Errors
     /// If a law fails.
     pub fn ledger_row(&mut self, report: &StepReport) -> Result<Vec<(String, f64)>> {
-        ledger_row::titled_row(self, report)
+        let Simulation { stepper: Stepper { workspace, state, .. }, invariants, .. } = self;
+        let kept = invariants.as_ref().map(Invariants::row).unwrap_or_default();
+        let titles = invariants.as_ref().map(Invariants::columns).unwrap_or_default();
+        let columns = columns(&workspace.model, false, &titles);
+        let info = StepInfo {
+            report,
+            frame: false,
+            new: true,
+            negative: None,
+            invariants: &kept,
+            wall: f64::NAN,
+        };
+        let row = row(&mut workspace.at(state), &info, &mut ShapeSums::default())?;
+        Ok(columns.into_iter().zip(row).filter(|(title, _)| title != WALL_TIME_TITLE).collect())
     }
 }
 

@@ -1,6 +1,5 @@
 //! How a run ended, and what it did.
 
-use std::path::PathBuf;
 use std::time::Duration;
 
 use super::{Error, Result};
@@ -85,20 +84,6 @@ impl Summary {
             intersection: None,
         }
     }
-}
-
-/// A run that failed, with what is to be known of it on the disk.
-#[derive(Debug, thiserror::Error)]
-#[error("{error}\nthe run stopped at time {time}, step {step}; why, and the last good state, are in {}", folder.display())]
-pub struct Failure {
-    /// What went wrong.
-    pub error: Box<Error>,
-    /// Time of the last good state.
-    pub time: f64,
-    /// Step of the last good state.
-    pub step: u64,
-    /// What was written about it.
-    pub folder: PathBuf,
 }
 
 /// Does `work`, which writes to `directory`, and leaves word there of how it ended.

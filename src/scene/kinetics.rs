@@ -5,16 +5,12 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::initial::{FieldFile, Initial};
+use crate::document::{DocumentError, Node, Value, read};
 use crate::effects::Measure;
 use crate::kinetics::{Location, search};
 use crate::model::{AtBoundary, TensionReading};
-use crate::num::checked::Finite;
-
-use super::initial::{FieldFile, Initial};
-use super::law::SpeciesSpec;
-use crate::document::DocumentError;
-use crate::document::read;
-use crate::document::{Node, Value};
+use crate::num::checked::{Finite, Positive};
 
 /// The table `[kinetics]`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -234,4 +230,30 @@ fn read_one(mut node: Node) -> Result<KineticsSpec, DocumentError> {
         (None, true) => {}
     }
     Ok(KineticsSpec { initial, parameters, ..kinetics })
+}
+
+/// What a species of a law is, where that is not the default.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SpeciesSpec {
+    /// Unit, in words.
+    pub unit: String,
+    /// Description.
+    pub doc: String,
+    /// Magnitude that matters; from the start of the run if not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub typical: Option<Positive>,
+    /// Least value that makes sense.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lower: Option<Finite>,
+    /// Greatest value that makes sense.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub upper: Option<Finite>,
+}
+
+impl Default for SpeciesSpec {
+    fn default() -> Self {
+        let unit = "1".to_owned();
+        Self { unit, doc: String::new(), typical: None, lower: None, upper: None }
+    }
 }

@@ -2,39 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
-
 use crate::kinetics::formula::{Formula, Law};
 use crate::kinetics::{Feedback, Observable, Parameter, Species};
 use crate::num::checked::{Finite, Positive};
 
 use super::{KineticsSpec, ParameterSpec};
-
-/// What a species of a law is, where that is not the default.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct SpeciesSpec {
-    /// Unit, in words.
-    pub unit: String,
-    /// Description.
-    pub doc: String,
-    /// Magnitude that matters; from the start of the run if not given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub typical: Option<Positive>,
-    /// Least value that makes sense.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub lower: Option<Finite>,
-    /// Greatest value that makes sense.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub upper: Option<Finite>,
-}
-
-impl Default for SpeciesSpec {
-    fn default() -> Self {
-        let unit = "1".to_owned();
-        Self { unit, doc: String::new(), typical: None, lower: None, upper: None }
-    }
-}
 
 impl KineticsSpec {
     /// The law that the scene writes out; `None` if it names a plugin.

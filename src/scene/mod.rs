@@ -39,7 +39,6 @@ pub(crate) use self::initial::Sequence;
 pub use self::initial::{FieldFile, Gaussian, Initial, Pattern, Random, RectangularSpot, Stripe};
 pub use self::invariants::{Bound, InvariantsSpec};
 pub use self::kinetics::{KineticsSpec, ParameterSpec, PositionFormula};
-pub use self::law::SpeciesSpec;
 pub use self::material::{Material, PoissonRatio};
 pub use self::output::OutputSpec;
 pub use self::schema::schema;
@@ -51,6 +50,7 @@ pub use self::stability::StabilitySpec;
 pub use self::time::{Span, TimeSpec};
 pub use crate::document::{DocumentError, Node, Place};
 pub use crate::model::{Coefficient, Directions, DragSpec};
+pub use crate::scene::kinetics::SpeciesSpec;
 
 use self::error::Origin;
 use self::sections::Sections;

@@ -1,9 +1,7 @@
 //! A triangle soup as a file gives it, before anything is known about it.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use super::check::{Finding, examine};
-use super::{Sheet, SheetError};
 use rumple_numerics::Vec3;
 
 /// A named array of a file: `values[components * i + k]` is component k at vertex or triangle i.
@@ -58,31 +56,5 @@ impl Surface {
     #[must_use]
     pub fn cell_array(&self, name: &str) -> Option<&Array> {
         named(&self.cell_arrays, name)
-    }
-
-    /// Checks the soup and makes it a sheet, vertices and triangles in the same order.
-    ///
-    /// Triangles that face against their neighbours are turned, and so are all of a closed surface with
-    /// its normals inwards; the findings say which. Only findings that are not fatal are returned.
-    ///
-    /// # Errors
-    /// The first fatal finding of [`examine`], with the file's name where there is one.
-    pub fn into_sheet(self) -> Result<(Sheet, Vec<Finding>), SheetError> {
-        let (findings, triangles) = examine(&self);
-        let path = self.path;
-        if let Some(fatal) = findings.iter().find(|f| f.fatal) {
-            return Err(refusal(path.as_deref(), fatal.to_string()));
-        }
-        let sheet = Sheet::new(self.points, triangles)
-            .map_err(|e| refusal(path.as_deref(), e.to_string()))?;
-        Ok((sheet, findings))
-    }
-}
-
-/// An error that names the file if there is one.
-fn refusal(path: Option<&Path>, message: String) -> SheetError {
-    match path {
-        Some(path) => SheetError::File { path: path.to_owned(), message },
-        None => SheetError::Unusable(message),
     }
 }

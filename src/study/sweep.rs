@@ -128,7 +128,7 @@ fn labelled_columns(members: &[MemberResults]) -> Vec<Column<'_>> {
 }
 
 /// Columns of the tables: results, with the totals of all species that a member has, and costs.
-fn columns(members: &[MemberResults]) -> Vec<Column<'_>> {
+pub(super) fn columns(members: &[MemberResults]) -> Vec<Column<'_>> {
     let fixed = |(title, of): (&'static str, NumberOf)| Column { title, of: Box::new(of) };
     let titles = members.iter().flat_map(|found| found.totals.iter().map(|(title, _)| &**title));
     let mut seen = BTreeSet::new();

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::blocks::Blocks;
-use super::text_of;
+use super::record::text_of;
 use crate::num::single;
 use crate::output::ledger::{titles, value};
 use crate::output::{OutputError, ResultDirectory};

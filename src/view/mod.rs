@@ -22,41 +22,12 @@ mod record;
 mod runs;
 mod sheet;
 
+pub use page::{Options, Page};
+
 use std::path::{Path, PathBuf};
 
-use crate::output::{OutputError, ResultDirectory, atomic};
+use crate::output::{ResultDirectory, atomic};
 use crate::run::{Error, Result};
-
-/// Bounds of a page.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Options {
-    /// Most frames of a run, at least 2: the first and the last are always among them.
-    pub frames: usize,
-    /// Most bytes of the file.
-    pub bytes: usize,
-}
-
-impl Default for Options {
-    /// A page that a browser on a telephone opens within seconds, and that goes through a mail server.
-    fn default() -> Self {
-        Self { frames: 60, bytes: 20_000_000 }
-    }
-}
-
-/// A page, ready to be written.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Page {
-    /// The HTML.
-    pub html: String,
-    /// Runs with frames.
-    pub runs: usize,
-    /// Frames that are shown, of all runs.
-    pub shown: usize,
-    /// Frames that the runs have.
-    pub total_frames: usize,
-    /// What a reader of the runs should know first.
-    pub warnings: Vec<String>,
-}
 
 /// Makes the page of the result directory `root`: of `run`, `sweep`, `compare` or `accuracy`.
 ///
@@ -91,12 +62,4 @@ pub fn write_report(root: &Path) -> Result<PathBuf> {
 /// An index that is not one of a run.
 pub fn frames(root: &std::path::Path) -> Result<Vec<(f64, std::path::PathBuf)>> {
     sheet::index(root)
-}
-
-/// Reads the text file `path`; none if it does not exist.
-fn text_of(path: &Path) -> Result<Option<String>> {
-    match std::fs::read_to_string(path) {
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
-        text => Ok(Some(text.map_err(OutputError::read(path))?)),
-    }
 }

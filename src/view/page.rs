@@ -3,17 +3,15 @@
 use std::path::Path;
 
 use serde::Serialize;
-use serde_json::Value;
 
 use super::blocks::Blocks;
 use super::ledger::{self, Columns};
-use super::picture::Wanted;
-use super::record::Record;
+use super::record::{Record, text_of};
 use super::runs::{self, FoundRuns};
 use super::sheet::{self, Sheet};
-use super::{Options, Page, text_of};
 use crate::output::ResultDirectory;
 use crate::run::{Error, Result};
+use serde_json::Value;
 
 const TEMPLATE: &str = include_str!("page/page.html");
 const STYLE: &str = include_str!("page/style.css");
@@ -41,7 +39,7 @@ struct PageData<'a> {
     /// What a study shows, as it wrote it.
     study: Option<Value>,
     /// Pictures that are wanted in place of the page.
-    pictures: Option<&'a Wanted<'a>>,
+    pictures: Option<Value>,
     members: Vec<RunData>,
 }
 
@@ -61,7 +59,7 @@ pub(super) fn of(
     root: &Path,
     found: &FoundRuns,
     options: Options,
-    pictures: Option<&Wanted<'_>>,
+    pictures: Option<Value>,
 ) -> Result<Page> {
     let mut blocks = Blocks::default();
     let runs = &found.runs;
@@ -164,4 +162,35 @@ fn fill(texts: &[(&str, &str)]) -> String {
 /// Text between tags.
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+/// Bounds of a page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// Most frames of a run, at least 2: the first and the last are always among them.
+    pub frames: usize,
+    /// Most bytes of the file.
+    pub bytes: usize,
+}
+
+impl Default for Options {
+    /// A page that a browser on a telephone opens within seconds, and that goes through a mail server.
+    fn default() -> Self {
+        Self { frames: 60, bytes: 20_000_000 }
+    }
+}
+
+/// A page, ready to be written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Page {
+    /// The HTML.
+    pub html: String,
+    /// Runs with frames.
+    pub runs: usize,
+    /// Frames that are shown, of all runs.
+    pub shown: usize,
+    /// Frames that the runs have.
+    pub total_frames: usize,
+    /// What a reader of the runs should know first.
+    pub warnings: Vec<String>,
 }

@@ -3,11 +3,10 @@
 use std::path::Path;
 
 use serde::Serialize;
-use serde_json::Value;
 
-use super::text_of;
-use crate::output::{ResultDirectory, RunStatus, SelfIntersection, Standing};
+use crate::output::{OutputError, ResultDirectory, RunStatus, SelfIntersection, Standing};
 use crate::run::{Costs, Error, Result, stays_at_saddle};
+use serde_json::Value;
 
 /// Most bytes of a text; what is longer is cut off.
 const MAX_TEXT: usize = 200_000;
@@ -171,4 +170,12 @@ fn cut(mut text: String) -> String {
         text.push_str("\n… cut off here");
     }
     text
+}
+
+/// Reads the text file `path`; none if it does not exist.
+pub(super) fn text_of(path: &Path) -> Result<Option<String>> {
+    match std::fs::read_to_string(path) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        text => Ok(Some(text.map_err(OutputError::read(path))?)),
+    }
 }

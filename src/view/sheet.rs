@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::blocks::Blocks;
-use super::text_of;
+use super::record::text_of;
 use crate::num::{real, whole};
 use crate::output::ResultDirectory;
 use crate::run::{Error, Result};

@@ -8,8 +8,8 @@ use std::sync::Arc;
 use rumple::Vec3;
 use rumple::effects::{
     BondStretching, Cotan, DirectedGrowth, Effect, EffectContext, EffectSpec, EnergyTerm, Fibre,
-    Field, GreenGauss, Held, HingeBending, Measure, MeyerBending, RestShape, StretchingModulus,
-    StretchingWeight, StvkStretching, TransportTerm,
+    Field, GreenGauss, Held, HingeBending, Measure, MeyerBending, ParameterField, RestShape,
+    StretchingModulus, StretchingWeight, StvkStretching, TransportTerm,
 };
 use rumple::geometry::{AreaRule, VertexArea, face_areas};
 use rumple::kinetics::formula::SpeciesFormula;
@@ -283,8 +283,9 @@ fn forces_follow_optimal_lengths() {
             let mut noise = Noise::new(77);
             let d: Vec<f64> = (0..edges).map(|_| noise.number()).collect();
             let mut exact = vec![Vec3::zeros(); x.len()];
-            potential
-                .mixed_metric_derivatives(&x, &mut |i, e, by| exact[i] += d[e] * reference[e] * by);
+            potential.mixed_derivatives(&x, ParameterField::OptimalLength, &mut |i, e, by| {
+                exact[i] += d[e] * reference[e] * by
+            });
             let h = 1e-7;
             let mut at = |sign: f64| {
                 let moved: Vec<f64> =

@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use rumple::Vec3;
 use rumple::effects::{
-    Block, BlockMatrix, Coupling, Energy, EnergyTerm, HessianPart, Material, Stretching,
+    Block, BlockMatrix, Contact, Coupling, Energy, EnergyTerm, HessianPart, Interaction, Material,
+    Stretching,
 };
 use rumple::geometry::Shape;
 use rumple::model::{Mechanics, ModelError, Potential};
@@ -21,7 +22,7 @@ struct Adhesion {
     stiffness: f64,
     reach: f64,
     ends: [Vec<u32>; 2],
-    declared: Coupling,
+    declared: Interaction,
     ceiling: f64,
 }
 
@@ -47,7 +48,7 @@ impl Energy for Adhesion {
     }
 
     fn coupling(&self) -> Coupling {
-        self.declared
+        Coupling::ONE_RING
     }
 
     fn evaluate(&self, shape: &Shape<'_>, (): &mut (), gradient: Option<&mut [Vec3]>) -> f64 {
@@ -93,6 +94,12 @@ impl Energy for Adhesion {
             }
         });
     }
+}
+
+impl Contact for Adhesion {
+    fn interaction(&self) -> Interaction {
+        self.declared
+    }
 
     fn pairs(&self, shape: &Shape<'_>, (): &mut (), pairs: &mut Vec<[u32; 2]>) {
         pairs.extend(self.near(shape.x));
@@ -111,7 +118,7 @@ impl Energy for Adhesion {
 }
 
 /// A strip that is bent so far that its ends are near each other.
-fn bent(declared: Coupling, ceiling: f64) -> (Potential, Vec<Vec3>) {
+fn bent(declared: Interaction, ceiling: f64) -> (Potential, Vec<Vec3>) {
     let sheet: Arc<Sheet> = Arc::new(lattice(24, 4));
     let material = Material { young: 200.0, poisson: 1.0 / 3.0, thickness: 0.6 };
     let least = 0.6;
@@ -132,7 +139,7 @@ fn bent(declared: Coupling, ceiling: f64) -> (Potential, Vec<Vec3>) {
     let stretching = rumple::effects::BondStretching::new(&material, Stretching::default().weight);
     let bending = rumple::effects::HingeBending::new(&sheet, &material);
     let terms =
-        vec![EnergyTerm::new(stretching), EnergyTerm::new(bending), EnergyTerm::new(adhesion)];
+        vec![EnergyTerm::new(stretching), EnergyTerm::new(bending), EnergyTerm::contact(adhesion)];
     // The middle is fixed, so that nothing but the ends moves them apart.
     let pins = sheet.rest().iter().map(|x| [(x.x - 11.5).abs() < 0.8; 3]).collect();
     let radius = 23.5 / (2.0 * std::f64::consts::PI);
@@ -144,12 +151,12 @@ fn bent(declared: Coupling, ceiling: f64) -> (Potential, Vec<Vec3>) {
     (Potential::new(&Mechanics::new(sheet, terms, pins).unwrap()), x)
 }
 
-const PAIRS_COUPLING: Coupling = Coupling { pairs: true, ..Coupling::ONE_RING };
+const PAIRS: Interaction = Interaction { pairs: true, limits_steps: false, touches: false };
 
 #[test]
 fn pairs_of_the_moment_are_in_the_matrix() {
     let goal = Goal { tolerance: 1e-9, max_iterations: 3000, ..Goal::default() };
-    let (mut potential, start) = bent(PAIRS_COUPLING, f64::INFINITY);
+    let (mut potential, start) = bent(PAIRS, f64::INFINITY);
     let usual = potential.mechanics().pattern().clone();
     let now = potential.pattern(&start);
     let blocks = |p: &rumple_numerics::linear::BlockPattern| p.start(p.rows());
@@ -172,7 +179,7 @@ fn pairs_of_the_moment_are_in_the_matrix() {
 
 #[test]
 fn an_effect_that_couples_what_it_does_not_declare_is_named() {
-    let (mut potential, x) = bent(Coupling::ONE_RING, f64::INFINITY);
+    let (mut potential, x) = bent(Interaction::default(), f64::INFINITY);
     let mut matrix = Matrix::zeros(potential.pattern(&x));
     match potential.hessian(&x, HessianPart::Full, &mut matrix) {
         Err(ModelError::Coupling { effect, pair: [a, b] }) => {
@@ -185,9 +192,9 @@ fn an_effect_that_couples_what_it_does_not_declare_is_named() {
 
 #[test]
 fn no_step_goes_beyond_what_an_effect_allows() {
-    let (_, start) = bent(PAIRS_COUPLING, f64::INFINITY);
+    let (_, start) = bent(PAIRS, f64::INFINITY);
     let highest = |x: &[Vec3]| x.iter().map(|x| x.z).fold(f64::NEG_INFINITY, f64::max);
-    let declared = Coupling { limits_steps: true, ..PAIRS_COUPLING };
+    let declared = Interaction { limits_steps: true, ..PAIRS };
     let goal = Goal { tolerance: 1e-9, max_iterations: 300, ..Goal::default() };
     for ceiling in [highest(&start) + 1e-3, f64::INFINITY] {
         let (mut potential, mut x) = bent(declared, ceiling);

@@ -17,7 +17,7 @@ use crate::run::program::{folder, passes_with, rumple, text};
 use crate::run::resumed::{assert_same, checkpoints, stopped};
 
 fn potential(sheet: &Sheet, distance: f64) -> Potential {
-    let term = EnergyTerm::new(Contacts::new(sheet, distance, 2.0));
+    let term = EnergyTerm::contact(Contacts::new(sheet, distance, 2.0));
     Potential::new(&Mechanics::new(Arc::new(sheet.clone()), vec![term], Vec::new()).unwrap())
 }
 

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use rumple::Vec3;
-use rumple::effects::RankOneTerm;
 use rumple::effects::prelude::*;
 use rumple::kinetics::Location;
 use rumple::kit::{Report, examine, examine_with, synthetic_law};
@@ -29,7 +28,7 @@ impl EffectSpec for Planted {
             Self { fault: "nothing", .. } => Effect::default(),
             Self { fault: "no pin", .. } => Effect::pins(vec![[false; 3]; 72]),
             Self { transport: true, .. } => Effect::transport(*self),
-            Self { transport: false, .. } => Effect::energy(*self),
+            Self { transport: false, .. } => Effect::contact(*self),
         })
     }
 }
@@ -51,6 +50,10 @@ impl Energy for Planted {
 
     fn coupling(&self) -> Coupling {
         Coupling { low_rank: true, ..Coupling::NONE }
+    }
+
+    fn reads(&self) -> Reads<'_> {
+        Reads::time(self.fault == "path")
     }
 
     fn evaluate(&self, shape: &Shape<'_>, (): &mut (), gradient: Option<&mut [Vec3]>) -> f64 {
@@ -79,13 +82,45 @@ impl Energy for Planted {
         terms.push(RankOneTerm { stiffness, direction });
     }
 
-    fn mixed_metric_derivatives(
+    fn mixed_derivatives(
         &self,
         _: &Shape<'_>,
+        _: &Conditions<'_>,
         (): &mut (),
+        by: ParameterField,
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
-        emit(0, 0, Vec3::x() * self.or_nan("metric", 0.0));
+        if by == ParameterField::OptimalLength {
+            emit(0, 0, Vec3::x() * self.or_nan("metric", 0.0));
+        }
+    }
+}
+
+/// It allows all steps and refuses no start.
+impl Contact for Planted {
+    fn interaction(&self) -> Interaction {
+        Interaction { pairs: false, limits_steps: true, touches: true }
+    }
+
+    fn largest_step(&self, _: &Shape<'_>, (): &mut (), _: &[Vec3]) -> f64 {
+        if self.fault == "step" { -0.5 } else { 1.0 }
+    }
+
+    fn allows_path(&self, _: &Shape<'_>, (): &mut (), _: (&[Vec3], f64)) -> bool {
+        self.fault != "path"
+    }
+
+    fn touching(&self, _: &Shape<'_>, (): &mut ()) -> Touching {
+        Touching { pairs: usize::from(self.fault == "pairs"), gap: f64::INFINITY }
+    }
+
+    fn refusal(&self, _: &Shape<'_>, (): &mut ()) -> Option<String> {
+        (self.fault == "separated").then(|| "planted".to_owned())
+    }
+
+    fn separate(&self, shape: &Shape<'_>, (): &mut (), _: &Pins) -> Option<SeparatedStart> {
+        let x = shape.x.to_vec();
+        (self.fault == "separated").then_some(SeparatedStart { x, pairs: 1, moved: 0.0 })
     }
 }
 
@@ -207,6 +242,19 @@ fn what_is_not_finite_in_an_energy_is_found() {
         "metric",
     ] {
         found(false, fault, "not finite");
+    }
+}
+
+#[test]
+fn contact_that_contradicts_its_energy_is_found() {
+    for (fault, words) in [
+        ("step", "not a share"),
+        ("energy alone", "step that it allows"),
+        ("path", "does not allow a shape to stay"),
+        ("pairs", "pairs touch"),
+        ("separated", "start that it has separated"),
+    ] {
+        found(false, fault, words);
     }
 }
 

@@ -156,7 +156,7 @@ fn triangles(case: usize, noise: &mut Noise) -> [Vec3; 6] {
 
 /// Energy, derivatives and second derivatives of the contact of two triangles.
 fn energy(sheet: &Arc<Sheet>, x: &[Vec3], reach: f64, stiffness: f64) -> Vec<f64> {
-    let term = EnergyTerm::new(Contacts::new(sheet, reach, stiffness));
+    let term = EnergyTerm::contact(Contacts::new(sheet, reach, stiffness));
     let mechanics = Mechanics::new(Arc::clone(sheet), vec![term], Vec::new()).unwrap();
     let mut potential = Potential::new(&mechanics);
     let mut gradient = vec![Vec3::zeros(); 6];

@@ -47,7 +47,7 @@ fn folded(gap: f64, roughness: f64) -> (Arc<Sheet>, Vec<Vec3>) {
 }
 
 fn potential(sheet: &Arc<Sheet>, distance: f64, stiffness: f64) -> Potential {
-    let term = EnergyTerm::new(Contacts::new(sheet, distance, stiffness));
+    let term = EnergyTerm::contact(Contacts::new(sheet, distance, stiffness));
     Potential::new(&Mechanics::new(Arc::clone(sheet), vec![term], Vec::new()).unwrap())
 }
 

@@ -1,5 +1,6 @@
 //! Who may know whom: the paths that the sources really use, resolved, against the plan of the house.
 
+mod circles;
 mod paths;
 mod words;
 

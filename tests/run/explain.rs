@@ -4,7 +4,8 @@ use std::fs;
 
 use rumple::Vec3;
 use rumple::effects::{
-    BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart,
+    BlockMatrix, Contact, Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy,
+    HessianPart, Interaction, Reads,
 };
 use rumple::geometry::Shape;
 use rumple::run::{Costs, Explanation};
@@ -92,7 +93,7 @@ impl EffectSpec for Everything {
     }
 
     fn build(&self, _: &EffectContext<'_>) -> Result<Effect, EffectError> {
-        Ok(Effect::energy(All))
+        Ok(Effect::contact(All))
     }
 }
 
@@ -108,11 +109,11 @@ impl Energy for All {
     }
 
     fn coupling(&self) -> Coupling {
-        Coupling { rings: 3, pairs: true, low_rank: true, limits_steps: true }
+        Coupling { rings: 3, low_rank: true }
     }
 
-    fn depends_on_time(&self) -> bool {
-        true
+    fn reads(&self) -> Reads<'_> {
+        Reads::time(true)
     }
 
     fn evaluate(&self, _: &Shape<'_>, (): &mut (), _: Option<&mut [Vec3]>) -> f64 {
@@ -120,6 +121,12 @@ impl Energy for All {
     }
 
     fn add_hessian(&self, _: &Shape<'_>, (): &mut (), _: HessianPart, _: &mut BlockMatrix) {}
+}
+
+impl Contact for All {
+    fn interaction(&self) -> Interaction {
+        Interaction { pairs: true, limits_steps: true, touches: false }
+    }
 }
 
 /// What an effect of anybody's calls for is asked from what it declares.

@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use super::{HowArgs, PlanArgs};
+use clap::Args;
+
 use crate::cli::{SceneArgs, warn};
 use crate::kinetics::PluginSearch;
 use crate::output::Interrupt;
@@ -114,4 +115,86 @@ fn axes(args: &PlanArgs) -> Result<Vec<Axis>> {
         axes.push(seed_axis(scene, overrides, &axes, count.into())?);
     }
     Ok(axes)
+}
+
+/// Arguments that begin a sweep, or resume it; they are there with the scene.
+#[derive(Debug, Args)]
+#[group(args = ["scene"])]
+pub(in crate::cli) struct PlanArgs {
+    #[command(flatten)]
+    pub(in crate::cli) scene: SceneArgs,
+    /// A key of the scene and the values that it takes (see below); may be repeated.
+    #[arg(long, value_name = "KEY=VALUES")]
+    pub(in crate::cli) over: Vec<String>,
+    /// Repeat every member on meshes of 1, 2 and 4 times as many vertices, for the order of convergence of every
+    /// measure.
+    #[arg(long)]
+    pub(in crate::cli) refine: bool,
+    /// Repeat every member with seeds 1 to N for everything random in the scene: mesh, imperfection,
+    /// random starts.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(in crate::cli) seeds: Option<u16>,
+    /// Value of the first species above which there is a spot; by default half way between its least and
+    /// largest values.
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true, value_parser = crate::cli::finite)]
+    pub(in crate::cli) level: Option<f64>,
+    #[command(flatten)]
+    pub(in crate::cli) how: HowArgs,
+}
+
+/// Options of the runs of many members.
+#[derive(Debug, Args)]
+pub(in crate::cli) struct HowArgs {
+    /// Directory for the results; by default named after the scene and the command.
+    #[arg(short, long, value_name = "DIR")]
+    pub(in crate::cli) out: Option<PathBuf>,
+    /// Members at once; by default as many as there are cores for their --threads, which are 1 each if
+    /// not given. Never more than fit into memory.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(in crate::cli) jobs: Option<u16>,
+    /// Memory that all members together may take, as in 8GB; by default 90 % of what is free.
+    #[arg(long, value_name = "SIZE", value_parser = bytes)]
+    pub(in crate::cli) memory: Option<u64>,
+    /// Run members again that failed.
+    #[arg(long)]
+    pub(in crate::cli) retry_failed: bool,
+    /// Replace an earlier sweep in that directory.
+    #[arg(long)]
+    pub(in crate::cli) force: bool,
+    /// Print nothing but errors.
+    #[arg(long)]
+    pub(in crate::cli) quiet: bool,
+    /// Write a job script for Slurm, an array with a task for every member that is not complete, and
+    /// submit it.
+    #[arg(long)]
+    pub(in crate::cli) slurm: bool,
+    /// An option of sbatch for the script, as in `--slurm-option=--time=1:00:00`; may be repeated.
+    #[arg(long, value_name = "OPTION", requires = "slurm", allow_hyphen_values = true)]
+    pub(in crate::cli) slurm_option: Vec<String>,
+    /// Write the job script, but do not submit it.
+    #[arg(long, requires = "slurm")]
+    pub(in crate::cli) no_submit: bool,
+}
+
+/// `8GB`, `500 MB`, `2GiB`, or a number of bytes.
+fn bytes(text: &str) -> Result<u64, String> {
+    let text = text.trim();
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic()).trim_end();
+    let unit: f64 = match text[digits.len()..].trim().to_ascii_lowercase().as_str() {
+        "" | "b" => 1.0,
+        "k" | "kb" => 1e3,
+        "m" | "mb" => 1e6,
+        "g" | "gb" => 1e9,
+        "kib" => 1024.0,
+        "mib" => 1_048_576.0,
+        "gib" => 1_073_741_824.0,
+        other => return Err(format!("unknown unit {other:?}; expected a size as 8GB or 500MB")),
+    };
+    let number = digits.parse::<f64>();
+    let wrong = |_| format!("{digits:?} is not a number; expected a size as 8GB");
+    let size = number.map_err(wrong)? * unit;
+    if !(1.0..1e18).contains(&size) {
+        return Err("expected a size above 0, as 8GB".into());
+    }
+    Ok(crate::num::whole(size) as u64)
 }

@@ -7,13 +7,12 @@
 //! An element is pure: from the positions of its K corners it returns its energy and derivatives.
 //! The loops over the elements of a sheet are here, once for all of them.
 
-use super::{Coupling, Energy, HessianPart};
-use crate::Vec3;
+use super::{Coupling, Energy, ForceScales, HessianPart, ParameterField, Reads};
 use crate::geometry::{Conditions, Shape};
 use crate::linear::{Block, BlockMatrix, LazyStencils};
 use crate::num::index;
-use crate::parallel;
 use crate::sheet::{Incidence, Sheet};
+use crate::{Vec3, parallel};
 
 /// A term of an energy that depends on K vertices.
 pub trait Element<const K: usize>: Send + Sync {
@@ -151,8 +150,7 @@ pub struct Elements<const K: usize, E> {
     slopes: Vec<Box<Slopes<K, E>>>,
     timed: bool,
     coupling: Coupling,
-    force_scale: f64,
-    largest_applied_force: f64,
+    forces: ForceScales,
 }
 
 /// Makes all elements under given optimal lengths and species and at a given time.
@@ -209,8 +207,7 @@ impl<const K: usize, E: Element<K>> Elements<K, E> {
             slopes: Vec::new(),
             timed: false,
             coupling,
-            force_scale: 0.0,
-            largest_applied_force: 0.0,
+            forces: ForceScales::default(),
         }
     }
 
@@ -235,19 +232,19 @@ impl<const K: usize, E: Element<K>> Elements<K, E> {
         self
     }
 
-    /// The same, with a size of the force on a vertex at unit strain ([`Energy::force_scale`]): for
+    /// The same, with a size of the force on a vertex at unit strain ([`ForceScales::unit_strain`]): for
     /// elements that resist stretching, as a scene without the effect `stretching` needs one that does.
     #[must_use]
     pub fn with_force_scale(mut self, force: f64) -> Self {
-        self.force_scale = force;
+        self.forces.unit_strain = force;
         self
     }
 
     /// The same, with the largest force that is applied to a vertex of the sheet at rest
-    /// ([`Energy::largest_applied_force`]): for loads, so that a tolerance above it is reported.
+    /// ([`ForceScales::applied`]): for loads, so that a tolerance above it is reported.
     #[must_use]
     pub fn with_applied_force(mut self, force: f64) -> Self {
-        self.largest_applied_force = force;
+        self.forces.applied = force;
         self
     }
 }
@@ -276,8 +273,8 @@ impl<const K: usize, E: Element<K> + 'static> Energy for Elements<K, E> {
         self.coupling
     }
 
-    fn depends_on_time(&self) -> bool {
-        self.timed
+    fn reads(&self) -> Reads<'_> {
+        Reads { species: &self.species, time: self.timed }
     }
 
     fn prepare(&self, conditions: &Conditions<'_>, work: &mut Self::Work) {
@@ -285,24 +282,22 @@ impl<const K: usize, E: Element<K> + 'static> Energy for Elements<K, E> {
         (self.make)(conditions, &mut work.element);
     }
 
-    fn species(&self) -> &[usize] {
-        &self.species
-    }
-
-    fn mixed_species_derivatives(
+    fn mixed_derivatives(
         &self,
         shape: &Shape<'_>,
         conditions: &Conditions<'_>,
         _: &mut Self::Work,
-        emit: &mut dyn FnMut(usize, (usize, usize), Vec3),
+        by: ParameterField,
+        emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
-        for (s, slopes) in self.species.iter().zip(&self.slopes) {
+        let of_species = self.species.iter().map(|s| ParameterField::Species(*s));
+        for (_, slopes) in of_species.zip(&self.slopes).filter(|(field, _)| *field == by) {
             for (corners, by) in self.corners.iter().zip(slopes(conditions)) {
                 let x = corners.map(|v| shape.x[v as usize]);
                 for (v, by) in corners.iter().zip(by) {
                     let (_, pull) = by.gradient(&x);
                     for (i, pull) in corners.iter().zip(pull) {
-                        emit(*i as usize, (*s, *v as usize), pull);
+                        emit(*i as usize, *v as usize, pull);
                     }
                 }
             }
@@ -332,11 +327,7 @@ impl<const K: usize, E: Element<K> + 'static> Energy for Elements<K, E> {
         add_hessian(&mesh, |e| &element[e], shape.x, part, &mut work.places, into);
     }
 
-    fn force_scale(&self, _: &Conditions<'_>) -> f64 {
-        self.force_scale
-    }
-
-    fn largest_applied_force(&self) -> f64 {
-        self.largest_applied_force
+    fn force_scales(&self, _: f64) -> ForceScales {
+        self.forces
     }
 }

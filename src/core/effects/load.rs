@@ -29,17 +29,16 @@ use serde::{Deserialize, Serialize};
 use super::ramp::RampFactor;
 use super::timed_field::{self, TimedField};
 use super::{
-    Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, Field, HessianPart, Measure,
-    Needs, Ramp, Region, Values,
+    Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, Field, ForceScales,
+    HessianPart, Measure, Needs, Ramp, Reads, Region, Values,
 };
-use crate::Vec3;
 use crate::geometry::{Conditions, Shape};
 use crate::kinetics::Location;
 use crate::kinetics::breakpoints::TimeDependence;
 use crate::linear::BlockMatrix;
 use crate::num::checked::Finite;
-use crate::parallel;
 use crate::sheet::{Edge, Sheet};
+use crate::{Vec3, parallel};
 
 /// Parameters of a dead load in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -281,8 +280,8 @@ impl Energy for DeadLoad {
         Coupling::NONE
     }
 
-    fn depends_on_time(&self) -> bool {
-        self.factor.changes() || self.timed.is_some()
+    fn reads(&self) -> Reads<'_> {
+        Reads::time(self.factor.changes() || self.timed.is_some())
     }
 
     fn prepare(&self, conditions: &Conditions<'_>, work: &mut Vec<Vec3>) {
@@ -309,7 +308,9 @@ impl Energy for DeadLoad {
 
     fn add_hessian(&self, _: &Shape<'_>, _: &mut Vec<Vec3>, _: HessianPart, _: &mut BlockMatrix) {}
 
-    fn largest_applied_force(&self) -> f64 {
-        self.factor.largest() * self.force.iter().map(|f| f.norm()).fold(0.0, f64::max)
+    fn force_scales(&self, _: f64) -> ForceScales {
+        let applied =
+            self.factor.largest() * self.force.iter().map(|f| f.norm()).fold(0.0, f64::max);
+        ForceScales { applied, ..ForceScales::default() }
     }
 }

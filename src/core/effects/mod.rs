@@ -56,9 +56,10 @@ pub use cross_diffusion::CrossDiffusion;
 pub use diffusion::{Diffusion, DiffusionMetric, DiffusionScheme};
 pub use directed_growth::{DirectedGrowth, DirectedLengthFactor};
 pub use element::{Element, Elements};
-pub(crate) use energy::{AnyEnergy, Work};
+pub(crate) use energy::{AnyContact, AnyEnergy, Work};
 pub use energy::{
-    Coupling, Energy, EnergyTerm, HessianPart, RankOneTerm, SeparatedStart, Touching,
+    Contact, Coupling, Energy, EnergyTerm, ForceScales, HessianPart, Interaction, ParameterField,
+    RankOneTerm, Reads, SeparatedStart, Touching,
 };
 pub use exchange::Exchange;
 pub use fibre::Fibre;

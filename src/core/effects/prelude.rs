@@ -9,9 +9,10 @@ pub use nalgebra;
 pub use typetag;
 
 pub use super::{
-    Block, BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Element,
-    Elements, Energy, Field, HessianPart, InternalVariables, Material, MaterialField, Measure,
-    Needs, Ramp, RampFactor, RankOneTerm, Region, Transport, Values, VertexField,
+    Block, BlockMatrix, Contact, Coupling, Effect, EffectContext, EffectError, EffectSpec, Element,
+    Elements, Energy, Field, ForceScales, HessianPart, Interaction, InternalVariables, Material,
+    MaterialField, Measure, Needs, ParameterField, Pins, Ramp, RampFactor, RankOneTerm, Reads,
+    Region, SeparatedStart, Touching, Transport, Values, VertexField,
 };
 pub use crate::Vec3;
 pub use crate::geometry::{Conditions, Shape, lumped_areas};

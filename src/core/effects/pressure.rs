@@ -31,7 +31,8 @@ use serde::{Deserialize, Serialize};
 use super::cone::{Cone, ConeWork};
 use super::ramp::RampFactor;
 use super::{
-    Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart, Needs, Ramp,
+    Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, ForceScales, HessianPart,
+    Needs, Ramp, Reads,
 };
 use crate::Vec3;
 use crate::geometry::Shape;
@@ -126,8 +127,8 @@ impl Energy for FollowerPressure {
         Coupling::ONE_RING
     }
 
-    fn depends_on_time(&self) -> bool {
-        self.factor.changes()
+    fn reads(&self) -> Reads<'_> {
+        Reads::time(self.factor.changes())
     }
 
     fn evaluate(
@@ -139,8 +140,9 @@ impl Energy for FollowerPressure {
         self.at(shape.time).evaluate(shape, work, gradient)
     }
 
-    fn largest_applied_force(&self) -> f64 {
-        self.factor.largest() * self.at_rest
+    fn force_scales(&self, _: f64) -> ForceScales {
+        let applied = self.factor.largest() * self.at_rest;
+        ForceScales { applied, ..ForceScales::default() }
     }
 
     fn add_hessian(

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::directed_growth::DirectedLengthFactor;
-use super::energy::{Energy, EnergyTerm};
+use super::energy::{Contact, Energy, EnergyTerm};
 use super::field::{Field, Values};
 use super::growth::LengthFactor;
 use super::hold::Held;
@@ -255,6 +255,12 @@ impl Effect {
     #[must_use]
     pub fn energy(energy: impl Energy) -> Self {
         Self { energies: vec![EnergyTerm::new(energy)], ..Self::default() }
+    }
+
+    /// With an energy of contact.
+    #[must_use]
+    pub fn contact(energy: impl Contact) -> Self {
+        Self { energies: vec![EnergyTerm::contact(energy)], ..Self::default() }
     }
 
     /// With a constraint: what `zero` gives as its energy is kept at 0.

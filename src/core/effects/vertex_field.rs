@@ -25,7 +25,7 @@ pub enum VertexField {
 }
 
 impl VertexField {
-    /// Numbers of the species that it reads: what [`Energy::species`](super::Energy::species) says.
+    /// Numbers of the species that it reads: those of [`Reads`](super::Reads).
     #[must_use]
     pub fn species(&self) -> &[usize] {
         match self {
@@ -34,7 +34,7 @@ impl VertexField {
         }
     }
 
-    /// Whether it reads the time: the energy then [depends on it](super::Energy::depends_on_time).
+    /// Whether it reads the time: the energy then has [`Reads::time`](super::Reads::time).
     #[must_use]
     pub fn depends_on_time(&self) -> bool {
         matches!(self, Self::Formula(formula) if formula.depends_on_time())

@@ -30,7 +30,7 @@ use super::cone::{Cone, ConeWork};
 use super::ramp::RampFactor;
 use super::{
     BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart,
-    Needs, Ramp, RankOneTerm,
+    Needs, Ramp, RankOneTerm, Reads,
 };
 use crate::Vec3;
 use crate::geometry::{Shape, volume};
@@ -200,8 +200,8 @@ impl Energy for EnclosedVolume {
         Coupling { low_rank: self.stiffness.is_some(), ..Coupling::ONE_RING }
     }
 
-    fn depends_on_time(&self) -> bool {
-        self.factor.changes()
+    fn reads(&self) -> Reads<'_> {
+        Reads::time(self.factor.changes())
     }
 
     fn evaluate(

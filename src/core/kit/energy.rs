@@ -4,12 +4,16 @@ use std::sync::Arc;
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::{
-    DERIVATIVE_TOLERANCE, DIFFERENCE_STEP, INSPECTION_TIMES, ROUND_OFF, Report, UNDECLARED_Z_ACTION,
+use super::contact;
+use super::report::{
+    DERIVATIVE_TOLERANCE, DIFFERENCE_STEP, INSPECTION_TIMES, ROUND_OFF, Report,
+    UNDECLARED_Z_ACTION, crumpled, dot, exceeds, finite, largest, moved, norm, on_threads,
+    random_vectors,
 };
-use super::{crumpled, dot, exceeds, finite, largest, moved, norm, on_threads, random_vectors};
 use crate::Vec3;
-use crate::effects::{EnergyTerm, HessianPart, RankOneTerm, SPONTANEOUS_CURVATURE};
+use crate::effects::{
+    EnergyTerm, HessianPart, Interaction, ParameterField, RankOneTerm, SPONTANEOUS_CURVATURE,
+};
 use crate::linear::BlockMatrix;
 use crate::model::{Mechanics, ModelError, Potential};
 use crate::num::real;
@@ -23,6 +27,7 @@ pub(super) fn of_energy(
     (leaves_plane, constraint): (bool, bool),
 ) -> Result<(), ModelError> {
     let name = term.name().to_owned();
+    let is_contact = term.interaction() != Interaction::default();
     let pins = vec![[false; 3]; sheet.vertex_count()];
     let mechanics = Mechanics::new(Arc::clone(sheet), vec![term], pins)?;
     let mut potential = Potential::new(&mechanics);
@@ -61,10 +66,9 @@ pub(super) fn of_energy(
             at.against_differences(&mut potential, d, &mut fault);
         }
         positive_part(&mut potential, &x, &directions, &mut fault);
-        by_lengths(&mut potential, (&x, time), &uneven, &mut fault);
-        by_curvature(&mut potential, (&x, time), &uneven, &mut fault);
-        for &s in mechanics.species() {
-            by_species(&mut potential, (&x, time), s, &mut fault);
+        by_fields(&mut potential, (&x, time), &uneven, &mut fault);
+        if is_contact {
+            contact::examine(&mut potential, (&x, time, edge), &directions, &mut fault);
         }
         if bits(&mut potential, &x, 1) != bits(&mut potential, &x, 3) {
             fault("energy or forces depend on the number of threads".into());
@@ -223,80 +227,71 @@ fn positive_part(
     }
 }
 
-/// The derivatives of the gradient by optimal lengths.
-fn by_lengths(
+/// Values of species number `s` at `n` vertices, `step` further along a change of all.
+fn species_at(n: usize, s: usize, step: f64) -> Vec<f64> {
+    (0..n).map(|v| 0.4 + 0.1 * real(s) - 0.1 * change(v) + step * change(v)).collect()
+}
+
+/// How much the field at an edge or vertex changes in a unit of the step.
+fn change(place: usize) -> f64 {
+    if place.is_multiple_of(3) { 1.0 } else { -0.4 }
+}
+
+/// The derivatives of the gradient by a field, which `set` brings a step along its change, times `unit` at a place.
+fn by_field(
+    potential: &mut Potential,
+    (x, time): (&[Vec3], f64),
+    (field, name): (ParameterField, &str),
+    unit: impl Fn(usize) -> f64,
+    set: impl Fn(&mut Potential, f64),
+    fault: &mut impl FnMut(String),
+) {
+    set(potential, 0.0);
+    let mut exact = vec![Vec3::zeros(); x.len()];
+    potential.mixed_derivatives(x, field, &mut |i, place, by| {
+        exact[i] += change(place) * unit(place) * by
+    });
+    let mut at = |step: f64| {
+        set(potential, step);
+        energy_and_gradient(potential, x).1
+    };
+    compare(&exact, &mut at, (name, time), fault);
+}
+
+/// The derivatives of the gradient by all that `potential` depends on besides positions, the optimal lengths at `factor`.
+fn by_fields(
     potential: &mut Potential,
     (x, time): (&[Vec3], f64),
     factor: &[f64],
     fault: &mut impl FnMut(String),
 ) {
     let reference = potential.metric().reference_length().to_vec();
-    // Lengths change in proportion to this.
-    let change: Vec<f64> = (0..factor.len()).map(|e| if e % 3 == 0 { 1.0 } else { -0.4 }).collect();
-    let mut exact = vec![Vec3::zeros(); x.len()];
-    potential
-        .mixed_metric_derivatives(x, &mut |i, e, by| exact[i] += change[e] * reference[e] * by);
-    let mut at = |step: f64| {
-        let factor: Vec<f64> = factor.iter().zip(&change).map(|(f, w)| f + step * w).collect();
+    let set = |potential: &mut Potential, step: f64| {
+        let factor: Vec<f64> =
+            factor.iter().enumerate().map(|(e, f)| f + step * change(e)).collect();
         potential.set_conditions(Some(&factor), time);
-        energy_and_gradient(potential, x).1
     };
-    compare(&exact, &mut at, ("the optimal lengths", time), fault);
-}
-
-/// The derivatives of the gradient by the spontaneous curvature that a law gives the vertices.
-fn by_curvature(
-    potential: &mut Potential,
-    (x, time): (&[Vec3], f64),
-    factor: &[f64],
-    fault: &mut impl FnMut(String),
-) {
-    let change = |v: usize| if v.is_multiple_of(3) { 1.0 } else { -0.4 };
+    let field = (ParameterField::OptimalLength, "the optimal lengths");
+    by_field(potential, (x, time), field, |e| reference[e], set, fault);
     let set = |potential: &mut Potential, step: f64| {
         let values = (0..x.len()).map(|v| 0.3 - 0.1 * change(v) + step * change(v)).collect();
         potential.set_fields(std::iter::once((SPONTANEOUS_CURVATURE, &values)));
         potential.set_conditions(Some(factor), time);
     };
-    set(potential, 0.0);
-    let mut exact = vec![Vec3::zeros(); x.len()];
-    potential.mixed_curvature_derivatives(x, &mut |i, v, by| exact[i] += change(v) * by);
-    let mut at = |step: f64| {
-        set(potential, step);
-        energy_and_gradient(potential, x).1
-    };
-    compare(&exact, &mut at, ("the spontaneous curvature of a law", time), fault);
+    let field = (ParameterField::SpontaneousCurvature, "the spontaneous curvature of a law");
+    by_field(potential, (x, time), field, |_| 1.0, set, fault);
     potential.set_fields(std::iter::empty());
     potential.set_conditions(Some(factor), time);
-}
-
-/// Values of species number `s` at `n` vertices, `step` further along a change of all.
-fn species_at(n: usize, s: usize, step: f64) -> Vec<f64> {
-    let change = |v: usize| if v.is_multiple_of(3) { 1.0 } else { -0.4 };
-    (0..n).map(|v| 0.4 + 0.1 * real(s) - 0.1 * change(v) + step * change(v)).collect()
-}
-
-/// The derivatives of the gradient by a species that it reads.
-fn by_species(
-    potential: &mut Potential,
-    (x, time): (&[Vec3], f64),
-    s: usize,
-    fault: &mut impl FnMut(String),
-) {
-    // The unit of the step is the change of values.
-    let [first, last] = [0.0, 1.0].map(|step| species_at(x.len(), s, step));
-    let change: Vec<f64> = first.iter().zip(&last).map(|(a, b)| b - a).collect();
-    let mut exact = vec![Vec3::zeros(); x.len()];
-    potential.mixed_species_derivatives(x, &mut |i, (species, v), by| {
-        if species == s {
-            exact[i] += change[v] * by;
-        }
-    });
-    let mut at = |step: f64| {
-        potential.set_species(s, species_at(x.len(), s, step));
-        potential.set_conditions(None, time);
-        energy_and_gradient(potential, x).1
-    };
-    compare(&exact, &mut at, (&format!("species number {s}"), time), fault);
+    let mechanics = Arc::clone(potential.mechanics());
+    for &s in mechanics.species() {
+        let set = |potential: &mut Potential, step: f64| {
+            potential.set_species(s, species_at(x.len(), s, step));
+            potential.set_conditions(None, time);
+        };
+        let name = format!("species number {s}");
+        let field = (ParameterField::Species(s), name.as_str());
+        by_field(potential, (x, time), field, |_| 1.0, set, fault);
+    }
 }
 
 /// Compares derivatives of the forces with differences.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rand::RngExt;
 
-use super::{DIFFERENCE_STEP, Report, crumpled, exceeds, on_threads};
+use super::report::{DIFFERENCE_STEP, Report, crumpled, exceeds, on_threads};
 use crate::effects::InternalVariables;
 use crate::kinetics::Location;
 use crate::model::{Mechanics, ModelError, Potential};

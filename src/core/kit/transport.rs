@@ -2,10 +2,9 @@
 
 use rand::RngExt;
 
-use super::random_vectors;
-use super::{
+use super::report::{
     DERIVATIVE_TOLERANCE, DIFFERENCE_STEP, ROUND_OFF, Report, crumpled, exceeds, finite, moved,
-    on_threads,
+    on_threads, random_vectors,
 };
 use crate::Vec3;
 use crate::effects::{EffectContext, Measure, Operator, TransportTerm};

@@ -27,7 +27,6 @@ use crate::sheet::Sheet;
 use crate::tally::{Meter, Scope, Tally};
 pub use held::HeldValues;
 pub use ill_posed::IllPosed;
-pub(super) use places::{at_vertices, edge_means};
 pub use surface::Surface;
 use surface::distinct_operators;
 

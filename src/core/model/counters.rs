@@ -4,8 +4,6 @@ use crate::tally::{Meter, Tally};
 
 /// What is counted of an energy.
 pub(super) mod energy {
-    use crate::effects::Coupling;
-
     pub(in crate::model) const ENERGY: usize = 0;
     pub(in crate::model) const GRADIENT: usize = 1;
     pub(in crate::model) const HESSIAN: usize = 2;
@@ -15,16 +13,6 @@ pub(super) mod energy {
     pub(in crate::model) const PAIRS: usize = 6;
     pub(in crate::model) const STEPS: usize = 7;
     pub(in crate::model) const SPECIES: usize = 8;
-
-    /// Whether an energy with this coupling is asked for it.
-    pub(in crate::model) fn declared(what: usize, coupling: Coupling) -> bool {
-        match what {
-            LOW_RANK => coupling.low_rank,
-            PAIRS => coupling.pairs,
-            STEPS => coupling.limits_steps,
-            _ => true,
-        }
-    }
 }
 
 const ENERGY_METERS: &[&str] = &[

@@ -6,13 +6,13 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use super::Model;
-use super::chemistry::{Chemistry, SignalColumns, Surface, at_vertices};
-use super::counters;
+use super::chemistry::{Chemistry, SignalColumns, Surface};
 use super::error::ModelError;
+use super::parameters::at_vertices;
 use super::potential::Potential;
 use super::signals::Signals;
 use super::state::State;
+use super::{Model, counters};
 use crate::Vec3;
 use crate::effects::{InternalVariables, SPONTANEOUS_CURVATURE};
 use crate::num::{real, whole};
@@ -52,6 +52,13 @@ pub(super) struct Parts<'a> {
     pub potential: Option<&'a mut Potential>,
     pub surface: &'a Surface,
     pub signals: &'a SignalColumns,
+}
+
+impl Model {
+    /// The model at `state`.
+    pub fn at<'a>(&'a self, state: &'a State, memory: &'a mut Memory) -> Evaluation<'a> {
+        Evaluation::new(self, state, memory, false)
+    }
 }
 
 impl<'a> Evaluation<'a> {

@@ -10,7 +10,6 @@ use crate::Vec3;
 use crate::effects::{EnergyTerm, Pins, PrescribedDisplacement};
 use crate::geometry::RestMetric;
 use crate::linear::BlockPattern;
-use crate::sheet::quality::triangle_quality;
 use crate::sheet::{Sheet, SheetError};
 use crate::tally::{Meter, Tally};
 
@@ -93,7 +92,7 @@ impl Mechanics {
         let pinned = (0..pins.len()).filter(|&i| pins[i].contains(&true)).collect();
         let names = numbered(terms.iter().map(|e| e.name()));
         let constraint_names = numbered(constraints.iter().map(|e| e.name()));
-        let read = terms.iter().chain(&constraints).flat_map(|term| term.species());
+        let read = terms.iter().chain(&constraints).flat_map(|term| term.reads().species);
         let read: BTreeSet<usize> = read.copied().collect();
         let pattern = OnceLock::new();
         let meters = names.iter().map(|name| counters::of_energy(&tally, name)).collect();
@@ -226,7 +225,7 @@ impl Mechanics {
     /// [`Mechanics::names`].
     #[must_use]
     pub fn applied_forces(&self) -> Vec<f64> {
-        let mut all: Vec<f64> = self.terms.iter().map(|e| e.largest_applied_force()).collect();
+        let mut all: Vec<f64> = self.terms.iter().map(EnergyTerm::applied_force).collect();
         self.sheet.reduction().max_over_ranks(&mut all);
         all
     }
@@ -267,7 +266,7 @@ impl Mechanics {
     /// Whether an energy depends on time other than through the optimal lengths.
     #[must_use]
     pub fn depends_on_time(&self) -> bool {
-        self.all().any(|term| term.depends_on_time())
+        self.all().any(|term| term.reads().time)
     }
 
     /// Numbers of the species that energies read, ascending.
@@ -276,27 +275,36 @@ impl Mechanics {
         &self.species
     }
 
+    /// Zeros for the species that energies read.
+    pub(super) fn zero_species(&self) -> Vec<Vec<f64>> {
+        let read = self.species();
+        let count = read.iter().max().map_or(0, |last| last + 1);
+        let vertices = |s: usize| if read.contains(&s) { self.sheet().vertex_count() } else { 0 };
+        (0..count).map(|s| vec![0.0; vertices(s)]).collect()
+    }
+
     /// Whether an effect couples pairs of vertices that depend on the shape.
     #[must_use]
     pub(crate) fn couples_pairs(&self) -> bool {
-        self.all().any(|term| term.coupling().pairs)
+        self.terms.iter().any(|term| term.interaction().pairs)
     }
 
     /// Whether an effect limits steps.
     #[must_use]
     pub fn limits_steps(&self) -> bool {
-        self.all().any(|term| term.coupling().limits_steps)
+        self.terms.iter().any(|term| term.interaction().limits_steps)
     }
 
     /// Whether an effect is contact with what is fixed in space, rather than of the sheet with itself: an obstacle.
     #[must_use]
     pub(crate) fn meets_obstacles(&self) -> bool {
-        self.all().any(|term| term.is_contact() && !term.coupling().pairs)
+        let mut all = self.terms.iter().map(EnergyTerm::interaction);
+        all.any(|does| does.touches && !does.pairs)
     }
 
     /// The effects of contact, as places among the energies.
     pub fn contacts(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.terms.len()).filter(|k| self.terms[*k].is_contact())
+        (0..self.terms.len()).filter(|k| self.terms[*k].interaction().touches)
     }
 
     /// Whether an effect couples all vertices.
@@ -323,30 +331,6 @@ impl Mechanics {
         let pattern = BlockPattern::of_rings(self.sheet.vertex_count(), rings, &each, pairs);
         let pattern = pattern.over(self.sheet.reduction());
         Arc::new(if self.planar { pattern.in_plane() } else { pattern })
-    }
-
-    /// Whether moving from `from` to `to` keeps every triangle: its area does not fall below
-    /// `share` of what it was, and it does not turn over, if its quality is not below `flat`.
-    #[must_use]
-    pub(crate) fn keeps_triangles(
-        &self,
-        from: &[Vec3],
-        to: &[Vec3],
-        share: f64,
-        flat: f64,
-    ) -> bool {
-        let triangles = self.sheet.triangles();
-        let cross = |x: &[Vec3], t: usize| {
-            let [a, b, c] = triangles[t].map(|v| x[v as usize]);
-            (b - a).cross(&(c - a))
-        };
-        let worst = self.sheet.reduction().max(triangles.len(), |t| {
-            let (old, new) = (cross(from, t), cross(to, t));
-            let keeps = new.norm() >= share * old.norm() && old.dot(&new) > 0.0;
-            let may_turn = || triangle_quality(triangles[t].map(|v| from[v as usize])) < flat;
-            if keeps || may_turn() { 0.0 } else { 1.0 }
-        });
-        worst <= 0.0
     }
 }
 

@@ -181,11 +181,6 @@ impl Model {
         (0..self.growth.len()).map(counters::growth_name)
     }
 
-    /// The model at `state`.
-    pub fn at<'a>(&'a self, state: &'a State, memory: &'a mut Memory) -> Evaluation<'a> {
-        Evaluation::new(self, state, memory, false)
-    }
-
     /// What the work on it costs.
     #[must_use]
     pub fn tally(&self) -> &Tally {

@@ -1,8 +1,8 @@
 //! Parameters that differ from place to place, as columns.
 
-use super::chemistry::{at_vertices, edge_means};
 use crate::geometry::FaceVertexAverage;
 use crate::kinetics::{Capabilities, Column, Location};
+use crate::parallel;
 use crate::sheet::Sheet;
 
 /// Parameters of a law on a sheet: none of its own if all are as the law has them.
@@ -56,4 +56,27 @@ pub(super) fn column(values: &[f64], count: usize) -> Column<'_> {
         [single] if count != 1 => Column::uniform(single),
         _ => values.into(),
     }
+}
+
+/// Values at vertices, of values where species live.
+pub(in crate::model) fn at_vertices(
+    sheet: &Sheet,
+    average: Option<&FaceVertexAverage>,
+    values: &[f64],
+) -> Vec<f64> {
+    let Some(average) = average else { return values.to_vec() };
+    let mut out = vec![0.0; sheet.vertex_count()];
+    average.apply(sheet, values, &mut out);
+    out
+}
+
+/// Means of the two ends of every edge.
+pub(in crate::model) fn edge_means(sheet: &Sheet, at_vertices: &[f64]) -> Vec<f64> {
+    let edges = sheet.edges();
+    let mut mean = vec![0.0; edges.len()];
+    parallel::fill(&mut mean, |e| {
+        let [a, b] = edges[e].vertices;
+        0.5 * (at_vertices[a as usize] + at_vertices[b as usize])
+    });
+    mean
 }

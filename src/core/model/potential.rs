@@ -2,6 +2,7 @@
 //! anchor what one step under drag makes of it.
 
 mod conditions;
+mod constrained;
 mod contact;
 
 use std::sync::Arc;
@@ -12,14 +13,14 @@ use super::error::ModelError;
 use super::hold::Hold;
 use super::mechanics::Mechanics;
 use super::proximal_term::Anchor;
-use crate::Vec3;
-use crate::effects::{HessianPart, Pins, RankOneTerm, Work};
+use crate::effects::{AnyEnergy, HessianPart, Pins, RankOneTerm, Work};
 use crate::geometry::{RestMetric, Shape};
 use crate::linear::{BlockMatrix, BlockPattern};
-use crate::parallel;
 use crate::reduction::Reduction;
 use crate::sheet::Sheet;
+use crate::sheet::quality::triangle_quality;
 use crate::tally::Meter;
+use crate::{Vec3, parallel};
 
 /// `U(x)` of the sum of all energies under given conditions, with the memory to evaluate it.
 pub struct Potential {
@@ -55,15 +56,19 @@ impl Potential {
     /// At Φ = 1 and time 0.
     #[must_use]
     pub fn new(mechanics: &Arc<Mechanics>) -> Self {
-        let work = mechanics.terms().iter().map(|term| term.work()).collect();
+        let work = mechanics.terms().iter().map(|_| Work::from(Box::new(()))).collect();
         let lengths = counters::of_lengths(mechanics.tally());
         let (metric, time) = (mechanics.reference().clone(), 0.0);
         let constraints = Constraints::new(mechanics);
         let mechanics = Arc::clone(mechanics);
-        let force_scale = 0.0;
+        let edge = mechanics.reference().mean_edge();
+        let scales =
+            mechanics.terms().iter().map(|term| term.energy.force_scales(edge).unit_strain);
+        let force_scale = scales.fold(0.0, f64::max);
+        let force_scale = mechanics.sheet().reduction().largest_over_ranks(force_scale);
         let (anchor, hold) = (None, None);
         let (internal, stale) = (Vec::new(), false);
-        let species = conditions::zero_species(&mechanics);
+        let species = mechanics.zero_species();
         let mut made = Self {
             mechanics,
             metric,
@@ -153,25 +158,13 @@ impl Potential {
         (mechanics, constraints, shape)
     }
 
-    /// Calls `f` with every constraint, its memory and the shape at `x`.
-    fn each_constraint(
-        &mut self,
-        x: &[Vec3],
-        mut f: impl FnMut(&dyn crate::effects::AnyEnergy, &mut Work, &Shape<'_>),
-    ) {
-        let (mechanics, constraints, shape) = self.constrained(x);
-        for (term, work) in mechanics.constraints().iter().zip(&mut constraints.work) {
-            f(&**term, work, &shape);
-        }
-    }
-
     /// Calls `f` with every energy, its memory and the shape at `x`; `what` of [`energy`] is counted, but for
     /// gradients, which may be a part of what is.
     fn each(
         &mut self,
         what: usize,
         x: &[Vec3],
-        mut f: impl FnMut(usize, &dyn crate::effects::AnyEnergy, &mut Work, &Shape<'_>),
+        mut f: impl FnMut(usize, &dyn AnyEnergy, &mut Work, &Shape<'_>),
     ) {
         let sheet = self.mechanics.sheet();
         let shape = Shape { sheet, metric: &self.metric, time: self.time, x };
@@ -182,11 +175,11 @@ impl Potential {
             _ => {}
         });
         for (k, (term, work)) in self.mechanics.terms().iter().zip(&mut self.work).enumerate() {
-            if !energy::declared(what, term.coupling()) {
+            if what == energy::LOW_RANK && !term.coupling().low_rank {
                 continue;
             }
             let _scope = meters[k].scope(what);
-            f(k, &**term, work, &shape);
+            f(k, &*term.energy, work, &shape);
         }
     }
 
@@ -209,7 +202,7 @@ impl Potential {
             (self.mechanics.terms().get(which), self.work.get_mut(which))
         {
             let _scope = self.mechanics.meters()[which].scope(energy::GRADIENT);
-            term.evaluate(&shape, work, Some(&mut gradient));
+            term.energy.evaluate(&shape, work, Some(&mut gradient));
         }
         gradient.iter().map(|g| -g).collect()
     }
@@ -338,8 +331,9 @@ impl Potential {
             return Arc::clone(self.mechanics.pattern());
         }
         let mut pairs = Vec::new();
-        self.each(energy::PAIRS, x, |_, term, work, shape| term.pairs(shape, work, &mut pairs));
-        self.each_constraint(x, |term, work, shape| term.pairs(shape, work, &mut pairs));
+        self.each_contact((energy::PAIRS, |does| does.pairs), x, |_, term, work, shape| {
+            term.pairs(shape, work, &mut pairs);
+        });
         self.mechanics.pattern_with(&pairs)
     }
 
@@ -394,38 +388,10 @@ impl Potential {
         terms
     }
 
-    /// The largest fraction of the step `direction` from `x` that all effects allow, up to 1.
-    pub fn largest_step(&mut self, x: &[Vec3], direction: &[Vec3]) -> f64 {
-        let mut share = 1.0f64;
-        if !self.mechanics.limits_steps() {
-            return share;
-        }
-        self.each(energy::STEPS, x, |_, term, work, shape| {
-            share = share.min(term.largest_step(shape, work, direction));
-        });
-        self.each_constraint(x, |term, work, shape| {
-            share = share.min(term.largest_step(shape, work, direction));
-        });
-        let mut blocked = [-share];
-        self.reduction().max_over_ranks(&mut blocked);
-        -blocked[0]
-    }
-
     /// Whether moving from `from` to `to` is allowed: every triangle keeps `share` of its area and its
     /// side, and no effect forbids the step.
     pub fn allows(&mut self, from: &[Vec3], to: &[Vec3], share: f64) -> bool {
-        self.allows_turning(from, to, share, 0.0)
-    }
-
-    /// The same, but triangles of less than the quality `flat` may turn over.
-    pub(crate) fn allows_turning(
-        &mut self,
-        from: &[Vec3],
-        to: &[Vec3],
-        share: f64,
-        flat: f64,
-    ) -> bool {
-        if !self.keeps_triangles(from, to, share, flat) {
+        if !self.keeps_triangles(from, to, share, 0.0) {
             return false;
         }
         if !self.mechanics.limits_steps() {
@@ -445,6 +411,17 @@ impl Potential {
         flat: f64,
     ) -> bool {
         let _scope = counters::of_steps(self.mechanics.tally()).scope(0);
-        self.mechanics.keeps_triangles(from, to, share, flat)
+        let triangles = self.sheet().triangles();
+        let cross = |x: &[Vec3], t: usize| {
+            let [a, b, c] = triangles[t].map(|v| x[v as usize]);
+            (b - a).cross(&(c - a))
+        };
+        let worst = self.reduction().max(triangles.len(), |t| {
+            let (old, new) = (cross(from, t), cross(to, t));
+            let keeps = new.norm() >= share * old.norm() && old.dot(&new) > 0.0;
+            let may_turn = || triangle_quality(triangles[t].map(|v| from[v as usize])) < flat;
+            if keeps || may_turn() { 0.0 } else { 1.0 }
+        });
+        worst <= 0.0
     }
 }

@@ -33,13 +33,14 @@ use std::ops::Deref;
 use std::sync::Arc;
 
 use crate::effects::{
-    Effect, EffectContext, EffectSpec, Material, MaterialField, Measure, ReadSurface,
+    DirectedLengthFactor, Effect, EffectContext, EffectSpec, Held, InternalVariables, LengthFactor,
+    Material, MaterialField, Measure, ReadSurface, TransportTerm,
 };
 use crate::geometry::VertexArea;
 use crate::kinetics::{Kinetics, Location};
 use crate::model::{
-    AtBoundary, Chemistry, DragSpec, Mechanics, Model, ParameterFields, Policy, Positions,
-    Stabilisation, Start, State, TensionReading,
+    AtBoundary, Chemistry, DragSpec, Mechanics, MechanicsParts, Model, ParameterFields, Policy,
+    Positions, Stabilisation, Start, State, TensionReading,
 };
 use crate::sheet::Sheet;
 use crate::solve::equilibrium::LbfgsSpec;
@@ -47,8 +48,8 @@ use crate::solve::staggered::StaggeredSpec;
 use crate::solve::{EquilibriumSpec, IntegratorSpec, Progress, Workspace};
 use crate::stepper::{Breakpoints, Stepper};
 use crate::tally::Tally;
+
 pub use error::{Part, ProblemError};
-use setup::BoundEffects;
 
 /// A law on a sheet.
 #[derive(Clone)]
@@ -338,4 +339,35 @@ fn check_diffusion(
         for each";
     let part = Part::Effect(number, "coefficient".into());
     Err(ProblemError::new(part, found.to_string(), Some(help)))
+}
+
+/// What all effects bring.
+#[derive(Default)]
+pub(super) struct BoundEffects {
+    pub(super) mechanics: MechanicsParts,
+    pub(super) transports: Vec<TransportTerm>,
+    /// Number of the first effect with cross-diffusion.
+    pub(super) crossing: Option<usize>,
+    pub(super) held: Vec<Held>,
+    pub(super) growth: Vec<LengthFactor>,
+    pub(super) direction: Option<DirectedLengthFactor>,
+    pub(super) internal: Vec<Box<dyn InternalVariables>>,
+}
+
+impl BoundEffects {
+    fn add(&mut self, effect: Effect) {
+        self.mechanics.terms.extend(effect.energies);
+        self.transports.extend(effect.transports);
+        self.held.extend(effect.held);
+        self.mechanics.prescribed.extend(effect.prescribed);
+        self.mechanics.constraints.extend(effect.constraints);
+        self.growth.extend(effect.growth);
+        self.internal.extend(effect.internal);
+        self.direction = self.direction.take().or(effect.direction);
+        for (all, more) in self.mechanics.pins.iter_mut().zip(effect.pins.unwrap_or_default()) {
+            for a in 0..3 {
+                all[a] |= more[a];
+            }
+        }
+    }
 }

@@ -6,26 +6,13 @@ use super::integrator::unsupported;
 use super::prescriptions::Prescriptions;
 use super::{Law, OnEffect, Part, Problem, ProblemError};
 use crate::effects::{
-    DirectedLengthFactor, Effect, EffectContext, EffectError, Held, InternalVariables,
-    LengthFactor, MaterialField, TransportTerm, Values,
+    Effect, EffectContext, EffectError, InternalVariables, MaterialField, TransportTerm, Values,
 };
 use crate::geometry::{VertexArea, face_areas};
 use crate::kinetics::{Location, Signal, SignalRead};
-use crate::model::{Chemistry, Drag, Mechanics, MechanicsParts, Potential, Signals};
+use crate::model::{Chemistry, Drag, Mechanics, Potential, Signals};
+use crate::problem::BoundEffects;
 use crate::solve::{Integrator, Relaxer};
-
-/// What all effects bring.
-#[derive(Default)]
-pub(super) struct BoundEffects {
-    pub(super) mechanics: MechanicsParts,
-    pub(super) transports: Vec<TransportTerm>,
-    /// Number of the first effect with cross-diffusion.
-    pub(super) crossing: Option<usize>,
-    pub(super) held: Vec<Held>,
-    pub(super) growth: Vec<LengthFactor>,
-    pub(super) direction: Option<DirectedLengthFactor>,
-    pub(super) internal: Vec<Box<dyn InternalVariables>>,
-}
 
 impl Problem<'_> {
     /// Refuses what does not fit together.
@@ -133,8 +120,8 @@ impl Problem<'_> {
             let message = format!("{what} on more than one rank");
             Err(ProblemError::new(Part::Effect(number, "kind".into()), message, Some(help)))
         };
-        let mut terms = effect.energies.iter().chain(&effect.constraints);
-        if terms.any(|term| term.coupling().limits_steps || term.coupling().pairs) {
+        let mut contacts = effect.energies.iter().map(|term| term.interaction());
+        if contacts.any(|does| does.limits_steps || does.pairs) {
             let help = "one process (with as many threads as there are cores) knows it";
             return refuse("contact does not know parts of a sheet", help);
         }
@@ -357,22 +344,4 @@ fn check_internal(
         }
     }
     Ok(())
-}
-
-impl BoundEffects {
-    fn add(&mut self, effect: Effect) {
-        self.mechanics.terms.extend(effect.energies);
-        self.transports.extend(effect.transports);
-        self.held.extend(effect.held);
-        self.mechanics.prescribed.extend(effect.prescribed);
-        self.mechanics.constraints.extend(effect.constraints);
-        self.growth.extend(effect.growth);
-        self.internal.extend(effect.internal);
-        self.direction = self.direction.take().or(effect.direction);
-        for (all, more) in self.mechanics.pins.iter_mut().zip(effect.pins.unwrap_or_default()) {
-            for a in 0..3 {
-                all[a] |= more[a];
-            }
-        }
-    }
 }

@@ -6,6 +6,7 @@
 
 pub mod chemistry;
 pub mod continuation;
+mod control;
 pub mod counters;
 pub mod diagnosis;
 pub mod equilibrium;
@@ -24,17 +25,19 @@ pub mod stability;
 pub mod staggered;
 mod workspace;
 
+pub use control::Control;
+pub use equilibrium::EquilibriumSpec;
 pub use error::{Result, SolveError};
 pub(crate) use progress::Progress;
 pub use workspace::Relaxer;
-pub use workspace::{Control, Workspace};
+pub use workspace::Workspace;
 
-use crate::model::{Mechanics, State, Storage};
+use crate::model::{State, Storage};
 use crate::num::checked::Positive;
 use crate::num::decimal;
 use crate::record::{Malformed, Record};
 use crate::tally::Work;
-use equilibrium::{Equilibrium, ForceTolerance, Relaxation};
+use equilibrium::Relaxation;
 use rejections::Causes;
 
 /// The integrator of a scene that names none.
@@ -126,38 +129,7 @@ pub trait IntegratorSpec: std::fmt::Debug + Send + Sync {
     fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>, SolveError>;
 }
 
-/// A way to find mechanical equilibrium as a scene names it.
-#[typetag::serialize(tag = "method")]
-pub trait EquilibriumSpec: std::fmt::Debug + Send + Sync {
-    /// What the method is called in results.
-    fn name(&self) -> String;
-
-    /// Largest force on a vertex that counts as rest.
-    fn tolerance(&self) -> ForceTolerance;
-
-    /// Iterations after which a relaxation has failed.
-    fn max_iterations(&self) -> usize;
-
-    /// The linear systems that it solves for the effects of a sheet, which moves under drag or not, and why
-    /// so, for people: one line each. None for a method without.
-    fn linear_systems(&self, _mechanics: &Mechanics, _moving: bool) -> Vec<String> {
-        Vec::new()
-    }
-
-    /// Whether it relaxes a sheet that is spread over ranks.
-    fn supports_ranks(&self) -> bool {
-        false
-    }
-
-    /// Makes it ready for the effects of a sheet.
-    ///
-    /// # Errors
-    /// If the sheet is too large for it.
-    fn build(&self, mechanics: &Mechanics) -> Result<Box<dyn Equilibrium>>;
-}
-
 crate::family!(dyn IntegratorSpec, "integrator", "kind");
-crate::family!(dyn EquilibriumSpec, "equilibrium method", "method");
 
 /// A way to advance a model.
 pub trait Integrator: Send {

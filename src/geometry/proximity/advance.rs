@@ -15,6 +15,8 @@ const REMAINING_GAP_SHARE: f64 = 0.1;
 const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 /// Advances after which the rest of a step is given up: the features slide past one another.
 const MAX_ADVANCES: usize = 500;
+/// Share of the distance at rest that bounds the reach of a pair.
+pub(super) const MAX_REACH_SHARE: f64 = 0.5;
 
 /// A pair of features.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -75,4 +77,45 @@ impl PairKind {
 #[inline]
 pub fn at(x: &[Vec3], of: &[u32; 4]) -> Corners {
     of.map(|v| x[v as usize])
+}
+
+/// Which distances count.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reach {
+    /// The reach of vertices and triangles.
+    pub points: f64,
+    /// The reach of two edges.
+    pub edges: f64,
+    /// Factor on distances at rest, at most 1: how far the sheet is to shrink.
+    pub shrinkage: f64,
+}
+
+impl Reach {
+    /// The reach of features that are so far apart at rest.
+    #[inline]
+    #[must_use]
+    pub fn at(&self, kind: PairKind, at_rest: f64) -> f64 {
+        self.of(kind).min(MAX_REACH_SHARE * self.shrinkage * at_rest)
+    }
+
+    /// The reach of features that are far apart at rest.
+    pub(super) fn of(&self, kind: PairKind) -> f64 {
+        match kind {
+            PairKind::PointTriangle => self.points,
+            PairKind::EdgeEdge => self.edges,
+        }
+    }
+}
+
+/// Two features that are near one another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pair {
+    /// What they are.
+    pub kind: PairKind,
+    /// Numbers of vertex and triangle, or of the edges.
+    pub features: [u32; 2],
+    /// Their vertices.
+    pub corners: [u32; 4],
+    /// The distance below which they count.
+    pub reach: f64,
 }

@@ -7,50 +7,13 @@ use rumple_numerics::Vec3;
 use rumple_numerics::num::{index, real};
 use rumple_sheet::Sheet;
 
-use super::patches::{Patch, Patches};
+use super::patches::{Cluster, Patches};
 use crate::box_tree::Bounds;
 
 /// Vertices of a cluster, unless the reach asks for larger ones.
 const CLUSTER_VERTICES: usize = 8;
 /// Extent of a cluster up to which it may have more, in units of the reach.
 const CLUSTER_EXTENT: f64 = 1.0;
-
-/// Neighbouring features.
-#[derive(Debug, Default)]
-pub(super) struct Cluster {
-    pub(super) vertices: Vec<u32>,
-    pub(super) edges: Vec<u32>,
-    pub(super) triangles: Vec<u32>,
-    /// All corners of these, ascending.
-    pub(super) corners: Vec<u32>,
-    /// That of them which is nearest to the centre.
-    pub(super) middle: u32,
-    /// Centre and radius of a ball around the corners at rest.
-    pub(super) centre: Vec3,
-    pub(super) radius: f64,
-    pub(super) patch: Patch,
-    /// Which of two bodies it is of, where features of one body make no pairs.
-    pub(super) body: Option<bool>,
-}
-
-impl Cluster {
-    /// The largest distance at rest of a feature of the one from a feature of the other.
-    #[inline]
-    pub(super) fn span(&self, other: &Self) -> f64 {
-        (self.centre - other.centre).norm() + self.radius + other.radius
-    }
-
-    /// Whether the two are of one body whose features make no pairs.
-    #[inline]
-    pub(super) fn same_body(&self, other: &Self) -> bool {
-        self.body.is_some() && self.body == other.body
-    }
-
-    /// The box of its corners in `x`.
-    pub(super) fn bounds(&self, x: &[Vec3]) -> Bounds {
-        Bounds::of(self.corners.iter().map(|v| x[*v as usize]))
-    }
-}
 
 /// The clusters of `sheet`, for features that reach as far as `reach`.
 pub(super) fn clusters(sheet: &Sheet, reach: f64) -> Vec<Cluster> {

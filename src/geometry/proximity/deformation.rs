@@ -18,14 +18,11 @@
 //! of a symmetric 3 × 3 matrix A are within `q ± 2p` of `q = tr A/3`, `p² = |A - q|²/6`.
 
 use nalgebra::{Matrix3, Rotation3};
-
-use rumple_numerics::Vec3;
 use rumple_numerics::num::{index, real};
-use rumple_numerics::parallel;
+use rumple_numerics::{Vec3, parallel};
 use rumple_sheet::Sheet;
 
-use super::clusters::Cluster;
-use super::patches::Patch;
+use super::patches::{Cluster, Patch};
 
 /// F on the two tangents of a triangle.
 pub(super) type Gradient = [Vec3; 2];

@@ -7,15 +7,14 @@
 //! What is asked for is convex in the shape: motions, spreads and changes of F are norms of linear functions of it.
 //! A list that serves at both ends of a step serves on all of it, and nothing is asked at shapes on the way.
 
-use rumple_numerics::Vec3;
 use rumple_numerics::num::real;
-use rumple_numerics::parallel;
+use rumple_numerics::{Vec3, parallel};
 use rumple_sheet::Sheet;
 
-use super::clusters::Cluster;
+use super::advance::{Pair, Reach};
 use super::deformation::{Bound, Deformation, Gradient, change};
 use super::neighbours::{ClusterMotion, MAX_APPROACH_RATE, Neighbours};
-use super::pairs::{Pair, Reach};
+use super::patches::Cluster;
 
 /// Up to this share of all clusters are asked alone.
 const FEW_CLUSTERS_SHARE: f64 = 0.25;

@@ -1,12 +1,10 @@
 //! The clusters that are near one another, at a shape or on a step.
 
-use rumple_numerics::Vec3;
 use rumple_numerics::num::{index, real};
-use rumple_numerics::parallel;
+use rumple_numerics::{Vec3, parallel};
 
-use super::advance::PairKind;
-use super::clusters::Cluster;
-use super::pairs::Pair;
+use super::advance::{Pair, PairKind};
+use super::patches::Cluster;
 use super::search::{Features, Limit, PairSearch};
 use crate::box_tree::{Bounds, BoxTree};
 

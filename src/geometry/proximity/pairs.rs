@@ -10,21 +10,19 @@
 //! further, and no patch is deformed more, than it leaves room for. What is read from it (which pairs are within their
 //! reach, how far a step may go) does not depend on when it was made.
 
-use rumple_numerics::Vec3;
-use rumple_numerics::parallel;
+use rumple_numerics::{Vec3, parallel};
 use rumple_sheet::Sheet;
 
-use super::advance::{PairKind, at};
-use super::clusters::{Cluster, clusters};
+use super::advance::{Pair, PairKind, Reach, at};
+use super::clusters::clusters;
 use super::deformation::{Deformation, Deformed, changes};
 use super::list::PairList;
 use super::neighbours::Neighbours;
-use super::patches::Patch;
+use super::patches::{Cluster, Patch};
 use super::search::{Limit, PairSearch};
 use crate::box_tree::{Bounds, BoxTree};
+use crate::proximity::advance::MAX_REACH_SHARE;
 
-/// Share of the distance at rest that bounds the reach of a pair.
-const MAX_REACH_SHARE: f64 = 0.5;
 /// How much nearer features of clusters with pairs may come until a list is rebuilt, in mean edges of the rest
 /// positions. On a smooth sheet neighbours are too far apart for the list then; a longer one would hold them.
 const PAIR_MARGIN: f64 = 0.3;
@@ -32,47 +30,6 @@ const PAIR_MARGIN: f64 = 0.3;
 const CLUSTER_MARGIN: f64 = 3.0;
 /// A step ends where a pair is nearer than this share of its distance at the start, or of its reach.
 const MIN_DISTANCE_SHARE: f64 = 0.1;
-
-/// Which distances count.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reach {
-    /// The reach of vertices and triangles.
-    pub points: f64,
-    /// The reach of two edges.
-    pub edges: f64,
-    /// Factor on distances at rest, at most 1: how far the sheet is to shrink.
-    pub shrinkage: f64,
-}
-
-impl Reach {
-    /// The reach of features that are so far apart at rest.
-    #[inline]
-    #[must_use]
-    pub fn at(&self, kind: PairKind, at_rest: f64) -> f64 {
-        self.of(kind).min(MAX_REACH_SHARE * self.shrinkage * at_rest)
-    }
-
-    /// The reach of features that are far apart at rest.
-    pub(super) fn of(&self, kind: PairKind) -> f64 {
-        match kind {
-            PairKind::PointTriangle => self.points,
-            PairKind::EdgeEdge => self.edges,
-        }
-    }
-}
-
-/// Two features that are near one another.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pair {
-    /// What they are.
-    pub kind: PairKind,
-    /// Numbers of vertex and triangle, or of the edges.
-    pub features: [u32; 2],
-    /// Their vertices.
-    pub corners: [u32; 4],
-    /// The distance below which they count.
-    pub reach: f64,
-}
 
 /// The pairs of one sheet.
 #[derive(Debug)]

@@ -12,7 +12,6 @@ use rumple_numerics::Vec3;
 use rumple_numerics::num::index;
 use rumple_sheet::Sheet;
 
-use super::clusters::Cluster;
 use crate::box_tree::{Bounds, BoxTree};
 
 /// Clusters are covered whose centres are nearer than this many reaches beside the two radii …
@@ -53,6 +52,43 @@ impl Patch {
     /// The largest of the values of its clusters.
     pub(super) fn largest(&self, of: &[f64]) -> f64 {
         self.clusters.iter().map(|k| of[*k as usize]).fold(0.0, f64::max)
+    }
+}
+
+/// Neighbouring features.
+#[derive(Debug, Default)]
+pub(super) struct Cluster {
+    pub(super) vertices: Vec<u32>,
+    pub(super) edges: Vec<u32>,
+    pub(super) triangles: Vec<u32>,
+    /// All corners of these, ascending.
+    pub(super) corners: Vec<u32>,
+    /// That of them which is nearest to the centre.
+    pub(super) middle: u32,
+    /// Centre and radius of a ball around the corners at rest.
+    pub(super) centre: Vec3,
+    pub(super) radius: f64,
+    pub(super) patch: Patch,
+    /// Which of two bodies it is of, where features of one body make no pairs.
+    pub(super) body: Option<bool>,
+}
+
+impl Cluster {
+    /// The largest distance at rest of a feature of the one from a feature of the other.
+    #[inline]
+    pub(super) fn span(&self, other: &Self) -> f64 {
+        (self.centre - other.centre).norm() + self.radius + other.radius
+    }
+
+    /// Whether the two are of one body whose features make no pairs.
+    #[inline]
+    pub(super) fn same_body(&self, other: &Self) -> bool {
+        self.body.is_some() && self.body == other.body
+    }
+
+    /// The box of its corners in `x`.
+    pub(super) fn bounds(&self, x: &[Vec3]) -> Bounds {
+        Bounds::of(self.corners.iter().map(|v| x[*v as usize]))
     }
 }
 

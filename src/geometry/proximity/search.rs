@@ -3,10 +3,9 @@
 use rumple_numerics::Vec3;
 use rumple_sheet::Sheet;
 
-use super::advance::PairKind;
+use super::advance::{Pair, PairKind, Reach};
 use super::ball::Ball;
-use super::clusters::Cluster;
-use super::pairs::{Pair, Reach};
+use super::patches::Cluster;
 
 /// Which pairs are wanted: those that come nearer than a share of their reach, by more than `slack` further away.
 #[derive(Clone, Copy)]

@@ -4,12 +4,12 @@
 //! writes to these is found; and they are made twice, which finds a plugin that gives something else
 //! now and then. The others borrow the caller's own columns, which costs nothing.
 
+use std::collections::BTreeMap;
 use std::ffi::c_void;
 use std::ptr;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 
-use rumple_plugin_abi as abi;
 use smallvec::SmallVec;
 
 use super::Library;
@@ -18,7 +18,8 @@ use super::inputs::Inputs;
 use crate::batch::{Batch, Column, UNWRITTEN_BITS};
 use crate::descriptor::Descriptor;
 use crate::error::KineticsError;
-use crate::{Kinetics, Outcome, Quantity, Site, differences};
+use crate::{Kinetics, Outcome, Quantity, Site, differences, parameters};
+use rumple_plugin_abi as abi;
 
 /// The law of a loaded plugin with its parameters.
 #[derive(Debug)]
@@ -47,6 +48,19 @@ impl Drop for PluginKinetics {
             // SAFETY: made by `create` of the same library, and never used again.
             unsafe { destroy(self.instance) }
         }
+    }
+}
+
+impl Library {
+    /// The law with these parameters; those not given take their defaults.
+    ///
+    /// # Errors
+    /// An unknown parameter, one out of bounds, or a failure that the plugin reports.
+    pub fn instantiate(
+        self: &Arc<Self>,
+        given: &BTreeMap<String, f64>,
+    ) -> Result<PluginKinetics, KineticsError> {
+        PluginKinetics::new(self, parameters::resolve(&self.descriptor, given)?)
     }
 }
 

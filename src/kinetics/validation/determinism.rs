@@ -2,7 +2,7 @@
 
 use std::thread;
 
-use super::rates;
+use super::sample::rates;
 use crate::field::{Columns, batch_size};
 use crate::{Batch, Kinetics, KineticsError, Quantity};
 

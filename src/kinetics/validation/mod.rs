@@ -9,11 +9,12 @@ mod output_coverage;
 mod parameter_fields;
 mod sample;
 mod validate;
+mod verdict;
 
 pub use sample::Samples;
-pub use validate::{Finding, Verdict, rates_in_order, validate};
+pub use validate::{Finding, rates_in_order, validate};
+pub use verdict::Verdict;
 
-use super::field::{self, Columns};
 use super::{Batch, Kinetics, KineticsError, Quantity};
 
 /// Points at which a trial compares derivatives with differences.
@@ -69,20 +70,4 @@ pub fn trial(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Vec<String>, 
         }));
     }
     Ok(notes)
-}
-
-/// A quantity at all points, by the path that runs take.
-fn values(
-    kinetics: &dyn Kinetics,
-    quantity: Quantity,
-    batch: &Batch<'_>,
-) -> Result<Columns, KineticsError> {
-    let mut values = Columns::new(quantity.outputs(kinetics.descriptor()), batch.count);
-    field::evaluate(kinetics, quantity, batch, &mut values.slices_mut(), &mut [])?;
-    Ok(values)
-}
-
-/// The rates at all points.
-fn rates(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Columns, KineticsError> {
-    values(kinetics, Quantity::Rates, batch)
 }

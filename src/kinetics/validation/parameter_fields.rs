@@ -3,9 +3,10 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::Samples;
 use super::derivatives::ROUND_OFF;
-use super::validate::{Check, Verdict};
-use super::{Samples, values};
+use super::sample::values;
+use super::verdict::{Check, Verdict};
 use crate::descriptor::Default;
 use crate::{Batch, Feedback, Kinetics, KineticsError, Quantity};
 

@@ -3,7 +3,10 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::{Batch, Column, Descriptor, Location, Signal, SignalRead};
+use crate::field::{self, Columns};
+use crate::{
+    Batch, Column, Descriptor, Kinetics, KineticsError, Location, Quantity, Signal, SignalRead,
+};
 
 /// Inputs at many points.
 #[derive(Debug, Clone)]
@@ -145,4 +148,20 @@ fn unit(columns: &mut [Vec<f64>]) {
         let length = square.sqrt().max(f64::MIN_POSITIVE);
         columns.iter_mut().for_each(|c| c[point] /= length);
     }
+}
+
+/// A quantity at all points, by the path that runs take.
+pub(super) fn values(
+    kinetics: &dyn Kinetics,
+    quantity: Quantity,
+    batch: &Batch<'_>,
+) -> Result<Columns, KineticsError> {
+    let mut values = Columns::new(quantity.outputs(kinetics.descriptor()), batch.count);
+    field::evaluate(kinetics, quantity, batch, &mut values.slices_mut(), &mut [])?;
+    Ok(values)
+}
+
+/// The rates at all points.
+pub(super) fn rates(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Columns, KineticsError> {
+    values(kinetics, Quantity::Rates, batch)
 }

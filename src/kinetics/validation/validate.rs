@@ -1,6 +1,8 @@
 //! All checks of a law, one after the other.
 
-use super::{Samples, derivatives, determinism, output_coverage, parameter_fields, rates, values};
+use super::sample::{rates, values};
+use super::verdict::{Check, Verdict};
+use super::{Samples, derivatives, determinism, output_coverage, parameter_fields};
 use crate::field::Columns;
 use crate::{Feedback, Kinetics, KineticsError, Quantity, Site};
 
@@ -17,19 +19,6 @@ pub struct Finding {
     /// How it ended.
     pub verdict: Verdict,
 }
-
-/// How a check ended.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Verdict {
-    /// Well, with what was inspected.
-    Good(String),
-    /// There was nothing to check.
-    Skipped(String),
-    /// Something is wrong.
-    Fault(String),
-}
-
-pub(super) type Check = Result<Verdict, KineticsError>;
 
 /// Runs every check on a law: with its own parameters, or with those of random places of `fields`
 /// (one column a parameter, of one value or one a place; empty for none). `begin` is called with every check before it starts, `end` with what it found: a law may end the

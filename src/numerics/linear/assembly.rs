@@ -6,7 +6,8 @@
 
 use rayon::prelude::*;
 
-use super::sparse::{Pattern, Sparse, StoredValues};
+use super::row_pattern::Pattern;
+use super::sparse::{Sparse, StoredValues};
 use crate::num::index;
 use crate::parallel;
 

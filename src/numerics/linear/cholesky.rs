@@ -8,13 +8,8 @@ use std::sync::Arc;
 use super::multifrontal::{Factorisation, FrontWorkspace};
 use super::substitution::{Substitution, workspace};
 use super::supernodes::Supernodes;
-use super::{BlockMatrix, BlockPattern, LinearError, Precision};
-use crate::Vec3;
-use crate::parallel;
-
-/// The matrix is not positive definite: information for the caller, not a fault.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct NotPositive;
+use super::{BlockMatrix, BlockPattern, LinearError, NotPositive, Precision};
+use crate::{Vec3, parallel};
 
 /// Symbolic and numeric factorisation of matrices of one pattern.
 pub struct BlockCholesky<T: Precision = f64> {

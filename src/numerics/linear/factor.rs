@@ -112,3 +112,39 @@ impl Factor {
         result
     }
 }
+
+/// A solver for such matrices with Jacobians of one pattern.
+pub struct Shifted {
+    factor: Factor,
+}
+
+impl Shifted {
+    /// For Jacobians with the pattern of this one; `displacements` if some of the unknowns are.
+    ///
+    /// # Errors
+    /// [`LinearError`] if the factor is too large.
+    pub fn new(
+        jacobian: &Sparse,
+        choice: LinearChoice,
+        displacements: Option<&Displacements>,
+    ) -> Result<Self, LinearError> {
+        Ok(Self { factor: Factor::new(choice, jacobian, displacements)? })
+    }
+
+    /// Solves `(D - W J) x = b` in place; `diagonals` gives the entries of D and W. One iteration of Newton's method,
+    /// counted with `tally`.
+    ///
+    /// # Errors
+    /// [`LinearError`] if the matrix is singular or the iteration does not converge.
+    pub fn solve(
+        &mut self,
+        jacobian: &Sparse,
+        diagonals: impl Fn(usize) -> (f64, f64) + Sync,
+        x: &mut [f64],
+        tally: &Tally,
+    ) -> Result<(), LinearError> {
+        tally.count(|work| work.newton_iterations += 1);
+        self.factor.factorise(ShiftedJacobian::new(jacobian, &diagonals), tally)?;
+        self.factor.solve(x, tally)
+    }
+}

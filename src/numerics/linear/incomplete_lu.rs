@@ -9,8 +9,9 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::LinearError;
+use super::row_pattern::Pattern;
 use super::shifted::ShiftedJacobian;
-use super::sparse::{Pattern, Sparse};
+use super::sparse::Sparse;
 use super::strips::{Block, Strips};
 use crate::num::{index, single};
 use crate::parallel;

@@ -22,6 +22,7 @@ mod multigrid;
 mod panels;
 mod prolongator;
 mod ritz;
+mod row_pattern;
 mod rows;
 mod shifted;
 mod solver;
@@ -36,9 +37,9 @@ pub use analysis::Precision;
 pub use assembly::{Assembly, Entries, Part};
 pub use block_matrix::{Block, BlockMatrix, RowMut, Values};
 pub use block_pattern::{BlockPattern, Neighbours};
-pub use cholesky::{BlockCholesky, MixedPrecisionCholesky, NotPositive};
+pub use cholesky::{BlockCholesky, MixedPrecisionCholesky};
 pub use dense::SmallLu;
-pub use factor::{Factor, LinearChoice};
+pub use factor::{Factor, LinearChoice, Shifted};
 pub use field_split::{Displacements, FieldSplit};
 pub use gmres::{dot, norm};
 pub use ilu::IluGmres;
@@ -46,9 +47,10 @@ pub use ldlt::BlockLdlt;
 pub use lu::SparseLu;
 pub use multigrid::Multigrid;
 pub use ritz::{EigenPair, largest_eigenvalues};
-pub use shifted::{Shifted, ShiftedJacobian};
+pub use row_pattern::Pattern;
+pub use shifted::ShiftedJacobian;
 pub use solver::LinearSolver;
-pub use sparse::{Pattern, Sparse, SumOfProduct};
+pub use sparse::{Sparse, SumOfProduct};
 pub use stencils::{Elements, LazyStencils, Packed, Rows, Sink, Stencils, pack};
 
 /// A matrix that could not be factorised, or a system that could not be solved, and why.
@@ -62,3 +64,7 @@ impl LinearError {
         Self(reason.into())
     }
 }
+
+/// The matrix is not positive definite: information for the caller, not a fault.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NotPositive;

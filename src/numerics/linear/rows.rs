@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::row_pattern::Pattern;
 use super::shifted::ShiftedJacobian;
-use super::sparse::Pattern;
 use crate::parallel;
 
 /// A matrix by rows. Divided by their diagonals, rows count by the errors of their own unknowns, whatever

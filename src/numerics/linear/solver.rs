@@ -7,8 +7,8 @@
 //! Equilibrium methods and stability know this trait only. A crate of a user brings another solver by one implementation and one
 //! registration (`rumple::register_linear_solver!`).
 
-use super::cholesky::{BlockCholesky, MixedPrecisionCholesky, NotPositive};
-use super::{BlockLdlt, BlockMatrix, Multigrid};
+use super::cholesky::{BlockCholesky, MixedPrecisionCholesky};
+use super::{BlockLdlt, BlockMatrix, Multigrid, NotPositive};
 use crate::Vec3;
 use crate::record::{Malformed, Record};
 

@@ -10,7 +10,7 @@
 
 use std::ops::Range;
 
-use super::sparse::Pattern;
+use super::row_pattern::Pattern;
 use crate::num::index;
 
 /// Unknowns of a strip, and how many strips there are at most. Both are the same for any number of threads:

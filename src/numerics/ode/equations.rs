@@ -1,6 +1,5 @@
 //! A system as diffsol wants to see it.
 
-use std::any::Any;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use diffsol::{
@@ -8,35 +7,11 @@ use diffsol::{
     OdeSolverProblem, Op, ParameterisedOp, UnitCallable, Vector, VectorCommon,
 };
 
+use super::OdeError;
 use super::error_norm::Grouping;
-use super::iteration_matrix::IterationMatrix;
+use super::iteration_matrix::{Inner, IterationMatrix, Shared};
 use super::unknowns::Unknowns;
-use super::{Failure, OdeError};
-use crate::linear::{ShiftedJacobian, Sparse};
-
-/// `M dy/dt = F(t, y)`, M diagonal with nothing but ones and zeros.
-pub trait OdeProblem: Any + Send {
-    /// Number of unknowns.
-    fn unknowns(&self) -> usize;
-
-    /// Which rows are differential equations, with a one in M; `None` if all are. The others are algebraic.
-    fn differential(&self) -> Option<Vec<bool>>;
-
-    /// Writes F.
-    ///
-    /// # Errors
-    /// If F cannot be evaluated there.
-    fn rhs(&mut self, time: f64, y: &[f64], out: &mut [f64]) -> Result<(), Failure>;
-
-    /// ∂F/∂y; the pattern is always the same.
-    ///
-    /// # Errors
-    /// If it cannot be evaluated there.
-    fn jacobian(&mut self, time: f64, y: &[f64]) -> Result<&Sparse, Failure>;
-
-    /// ∂F/∂y as it was last evaluated.
-    fn last_jacobian(&self) -> &Sparse;
-}
+use crate::ode::OdeProblem;
 
 /// A problem with the side channel of errors.
 pub(super) struct Equations {
@@ -48,60 +23,6 @@ pub(super) struct Equations {
     unknowns: usize,
     context: Grouping,
     nothing: Unknowns,
-}
-
-/// What the linear solver needs as well.
-pub(super) struct Shared {
-    inner: Mutex<Inner>,
-    differential: Option<Vec<bool>>,
-}
-
-struct Inner {
-    problem: Box<dyn OdeProblem>,
-    error: Option<OdeError>,
-    /// Where the last one happened.
-    failed_at: f64,
-}
-
-impl std::fmt::Debug for Shared {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Shared").finish_non_exhaustive()
-    }
-}
-
-impl Shared {
-    fn lock(&self) -> std::sync::MutexGuard<'_, Inner> {
-        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// The diagonal of M.
-    fn mass(&self, i: usize) -> f64 {
-        self.differential
-            .as_ref()
-            .map_or(1.0, |differential| if differential[i] { 1.0 } else { 0.0 })
-    }
-
-    /// The product of `a M + b ∂F/∂y` with `x`, of the last ∂F/∂y.
-    pub(super) fn product(&self, [a, b]: [f64; 2], x: &[f64]) -> Vec<f64> {
-        let mut product = vec![0.0; x.len()];
-        if b != 0.0 {
-            self.lock().problem.last_jacobian().multiply(x, &mut product);
-        }
-        for (i, (product, x)) in product.iter_mut().zip(x).enumerate() {
-            *product = a * self.mass(i) * x + b * *product;
-        }
-        product
-    }
-
-    /// Works with the matrix `a M + b ∂F/∂y`, of the last ∂F/∂y.
-    pub(super) fn with_matrix<R>(
-        &self,
-        [a, b]: [f64; 2],
-        f: impl FnOnce(ShiftedJacobian<'_>) -> R,
-    ) -> R {
-        let inner = self.lock();
-        f(ShiftedJacobian::new(inner.problem.last_jacobian(), &|i| (a * self.mass(i), -b)))
-    }
 }
 
 /// The absolute tolerances of a problem.

@@ -7,14 +7,15 @@
 //! [`NewtonSolver`]: super::newton::NewtonSolver
 
 use std::ops::Mul;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use diffsol::{LaError, Matrix, MatrixCommon, Scale, Vector, VectorCommon, VectorIndex};
 use diffsol_la::{Dense, DenseRef};
 
-use super::equations::Shared;
 use super::error_norm::{Grouping, Places};
 use super::unknowns::Unknowns;
+use crate::linear::ShiftedJacobian;
+use crate::ode::{OdeError, OdeProblem};
 
 /// `a M + b ∂F/∂y`. What diffsol does not ask of a matrix in the methods used here makes its factors NaN,
 /// which the linear solver refuses.
@@ -175,5 +176,59 @@ impl Matrix for IterationMatrix {
         _: Grouping,
     ) -> Result<Self, LaError> {
         Err(LaError::Other("a combination of M and ∂F/∂y has no entries of its own".into()))
+    }
+}
+
+/// What the linear solver needs as well.
+pub(super) struct Shared {
+    pub(super) inner: Mutex<Inner>,
+    pub(super) differential: Option<Vec<bool>>,
+}
+
+pub(super) struct Inner {
+    pub(super) problem: Box<dyn OdeProblem>,
+    pub(super) error: Option<OdeError>,
+    /// Where the last one happened.
+    pub(super) failed_at: f64,
+}
+
+impl std::fmt::Debug for Shared {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Shared").finish_non_exhaustive()
+    }
+}
+
+impl Shared {
+    pub(super) fn lock(&self) -> std::sync::MutexGuard<'_, Inner> {
+        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The diagonal of M.
+    pub(super) fn mass(&self, i: usize) -> f64 {
+        self.differential
+            .as_ref()
+            .map_or(1.0, |differential| if differential[i] { 1.0 } else { 0.0 })
+    }
+
+    /// The product of `a M + b ∂F/∂y` with `x`, of the last ∂F/∂y.
+    pub(super) fn product(&self, [a, b]: [f64; 2], x: &[f64]) -> Vec<f64> {
+        let mut product = vec![0.0; x.len()];
+        if b != 0.0 {
+            self.lock().problem.last_jacobian().multiply(x, &mut product);
+        }
+        for (i, (product, x)) in product.iter_mut().zip(x).enumerate() {
+            *product = a * self.mass(i) * x + b * *product;
+        }
+        product
+    }
+
+    /// Works with the matrix `a M + b ∂F/∂y`, of the last ∂F/∂y.
+    pub(super) fn with_matrix<R>(
+        &self,
+        [a, b]: [f64; 2],
+        f: impl FnOnce(ShiftedJacobian<'_>) -> R,
+    ) -> R {
+        let inner = self.lock();
+        f(ShiftedJacobian::new(inner.problem.last_jacobian(), &|i| (a * self.mass(i), -b)))
     }
 }

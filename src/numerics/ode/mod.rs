@@ -26,13 +26,14 @@ mod stepper;
 mod unknown_columns;
 mod unknowns;
 
-pub use equations::OdeProblem;
-pub use integration::Integration;
-pub use stepper::Options;
+use std::any::Any;
 
 use serde::{Deserialize, Serialize};
 
-use crate::linear::LinearError;
+use crate::linear::{Displacements, LinearChoice, LinearError, Sparse};
+use crate::tally::Tally;
+
+pub use integration::Integration;
 
 /// Integration methods.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -148,3 +149,48 @@ pub type Result<T, E = OdeError> = std::result::Result<T, E>;
 
 /// Takes a new solution, at a time, or refuses it.
 pub type Accept<'a> = dyn FnMut(f64, &[f64]) -> Result<(), Failure> + 'a;
+
+/// `M dy/dt = F(t, y)`, M diagonal with nothing but ones and zeros.
+pub trait OdeProblem: Any + Send {
+    /// Number of unknowns.
+    fn unknowns(&self) -> usize;
+
+    /// Which rows are differential equations, with a one in M; `None` if all are. The others are algebraic.
+    fn differential(&self) -> Option<Vec<bool>>;
+
+    /// Writes F.
+    ///
+    /// # Errors
+    /// If F cannot be evaluated there.
+    fn rhs(&mut self, time: f64, y: &[f64], out: &mut [f64]) -> Result<(), Failure>;
+
+    /// ∂F/∂y; the pattern is always the same.
+    ///
+    /// # Errors
+    /// If it cannot be evaluated there.
+    fn jacobian(&mut self, time: f64, y: &[f64]) -> Result<&Sparse, Failure>;
+
+    /// ∂F/∂y as it was last evaluated.
+    fn last_jacobian(&self) -> &Sparse;
+}
+
+/// How a problem is to be integrated.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// The method.
+    pub method: OdeMethod,
+    /// The linear solver of implicit methods.
+    pub linear: LinearChoice,
+    /// Unknowns that are displacements, if there are any.
+    pub displacements: Option<Displacements>,
+    /// Relative tolerance.
+    pub rtol: f64,
+    /// Absolute tolerances; taken out where an integration begins.
+    pub atol: Vec<f64>,
+    /// First step; chosen by the first slopes if not given.
+    pub step: Option<f64>,
+    /// A length of time that matters at first, for the least step and where slopes say nothing.
+    pub span: f64,
+    /// Where the work of Newton's method is counted.
+    pub tally: Tally,
+}

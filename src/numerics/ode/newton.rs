@@ -6,9 +6,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use diffsol::{LaError, LaLinearOp, Matrix, Vector};
 use diffsol_la::LinearSolver;
 
-use super::equations::Shared;
 use super::error_norm::Grouping;
-use super::iteration_matrix::IterationMatrix;
+use super::iteration_matrix::{IterationMatrix, Shared};
 use super::unknowns::Unknowns;
 use super::{OdeError, Options, Result};
 use crate::linear::{Factor, LinearChoice, ShiftedJacobian};

@@ -13,29 +13,7 @@ use super::iteration_matrix::IterationMatrix;
 use super::newton::{NewtonSolver, SharedFactor};
 use super::unknowns::Unknowns;
 use super::{Accept, OdeError, OdeMethod, Rejected, Result};
-use crate::linear::{Displacements, LinearChoice};
-use crate::tally::Tally;
-
-/// How a problem is to be integrated.
-#[derive(Debug, Clone)]
-pub struct Options {
-    /// The method.
-    pub method: OdeMethod,
-    /// The linear solver of implicit methods.
-    pub linear: LinearChoice,
-    /// Unknowns that are displacements, if there are any.
-    pub displacements: Option<Displacements>,
-    /// Relative tolerance.
-    pub rtol: f64,
-    /// Absolute tolerances; taken out where an integration begins.
-    pub atol: Vec<f64>,
-    /// First step; chosen by the first slopes if not given.
-    pub step: Option<f64>,
-    /// A length of time that matters at first, for the least step and where slopes say nothing.
-    pub span: f64,
-    /// Where the work of Newton's method is counted.
-    pub tally: Tally,
-}
+use crate::ode::Options;
 
 /// A step below this share of the first one gives up.
 const MIN_STEP_SHARE: f64 = 1e-9;

@@ -3,8 +3,8 @@
 use std::ops::{Add, AddAssign, Mul, Sub, SubAssign};
 
 use diffsol_la::{
-    Dense, DenseMatrix, DenseRef, LaError, Matrix, MatrixCommon, Scale, Vector, VectorCommon,
-    VectorIndex,
+    DefaultDenseMatrix, Dense, DenseMatrix, DenseRef, LaError, Matrix, MatrixCommon, Scale, Vector,
+    VectorCommon, VectorIndex,
 };
 
 use super::error_norm::{Grouping, Places};
@@ -278,4 +278,8 @@ impl DenseMatrix for UnknownColumns {
     fn from_vec(rows: usize, columns: usize, values: Vec<f64>, context: Grouping) -> Self {
         Self { size: [rows, columns], values, context }
     }
+}
+
+impl DefaultDenseMatrix for Unknowns {
+    type M = UnknownColumns;
 }

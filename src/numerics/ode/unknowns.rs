@@ -2,10 +2,9 @@
 
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Sub, SubAssign};
 
-use diffsol_la::{DefaultDenseMatrix, Scale, Vector, VectorCommon, VectorView, VectorViewMut};
+use diffsol_la::{Scale, Vector, VectorCommon, VectorView, VectorViewMut};
 
 use super::error_norm::{Grouping, Places};
-use super::unknown_columns::UnknownColumns;
 
 /// Unknowns, or something of each of them.
 #[derive(Debug, Clone)]
@@ -170,10 +169,6 @@ impl VectorCommon for Unknowns {
     fn inner(&self) -> &Vec<f64> {
         &self.values
     }
-}
-
-impl DefaultDenseMatrix for Unknowns {
-    type M = UnknownColumns;
 }
 
 impl<'a> VectorView<'a> for View<'a> {

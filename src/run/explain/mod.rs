@@ -5,12 +5,15 @@
 
 mod solvers;
 
+pub use solvers::Line;
+
 use serde::Serialize;
 
 use super::{Result, Simulation};
-use crate::effects::{Coupling, EffectParts, EnergyTerm, TransportTerm};
+use crate::effects::{Coupling, EffectParts, EnergyTerm, Interaction, TransportTerm};
 use crate::kinetics::{Descriptor, Signal};
 use crate::model::{Chemistry, Model};
+use crate::run::explain::solvers::reach;
 use crate::scene::Scene;
 
 /// What a scene calls for.
@@ -29,33 +32,6 @@ pub struct Section {
     pub title: &'static str,
     /// The lines.
     pub lines: Vec<Line>,
-}
-
-/// One thing that the scene calls for, or spares.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Line {
-    /// Description.
-    pub what: String,
-    /// What calls for it, or spares it.
-    pub because: String,
-    /// The key or table of the scene, with its line where it is written.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub place: Option<String>,
-}
-
-impl Line {
-    fn new(what: impl Into<String>, because: impl Into<String>) -> Self {
-        Self { what: what.into(), because: because.into(), place: None }
-    }
-
-    /// Called for by the key or table at `path`, where the scene has it: `[stability], line 12`, or `effect[0], line 7`.
-    fn at(mut self, scene: &Scene, path: &str) -> Self {
-        self.place = scene.written(path).map(|written| match path.contains(['.', '[']) {
-            true => format!("{path}, {written}"),
-            false => format!("[{path}], {written}"),
-        });
-        self
-    }
 }
 
 impl Explanation {
@@ -115,15 +91,6 @@ fn contributing(
     names.join(", ")
 }
 
-/// The energies of which something is true.
-fn energies(simulation: &Simulation, what: impl Fn(Coupling) -> bool) -> String {
-    let mechanics = simulation.model().mechanics();
-    let all = mechanics.terms().iter().zip(mechanics.names());
-    let names: Vec<&str> =
-        all.filter(|(term, _)| what(term.coupling())).map(|(_, name)| name).collect();
-    names.join(", ")
-}
-
 fn unknowns(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
     let model = simulation.model();
     let (mechanics, vertices) = (model.mechanics(), model.sheet().vertex_count());
@@ -175,27 +142,18 @@ fn reads(law: Option<&Descriptor>, read: &[usize]) -> String {
     if names.is_empty() { String::new() } else { format!(", reads {}", names.join(", ")) }
 }
 
-/// How far second derivatives reach.
-fn reach(rings: usize) -> String {
-    match rings {
-        0 => "no two vertices".to_owned(),
-        1 => "neighbours".to_owned(),
-        2 => "neighbours of neighbours".to_owned(),
-        rings => format!("vertices up to {rings} edges apart"),
-    }
-}
-
 /// What the energy `name` couples, the species that it reads, and its largest applied force.
 fn energy(term: &EnergyTerm, name: &str, law: Option<&Descriptor>) -> String {
-    let Coupling { rings, low_rank, pairs, limits_steps } = term.coupling();
+    let (Coupling { rings, low_rank }, reading) = (term.coupling(), term.reads());
+    let Interaction { pairs, limits_steps, .. } = term.interaction();
     let mut text = format!("energy `{name}`: couples {}", reach(rings));
-    let applied = term.largest_applied_force();
+    let applied = term.applied_force();
     let more = [
         (low_rank, ", and all vertices by terms of low rank".to_owned()),
         (pairs, ", and pairs that depend on the shape".to_owned()),
         (limits_steps, ", limits steps".to_owned()),
-        (true, reads(law, term.species())),
-        (term.depends_on_time(), ", depends on time".to_owned()),
+        (true, reads(law, reading.species)),
+        (reading.time, ", depends on time".to_owned()),
         (applied > 0.0, format!(", applies up to {applied:.3e} to a vertex at rest")),
     ];
     more.into_iter().filter(|(present, _)| *present).for_each(|(_, more)| text += &more);

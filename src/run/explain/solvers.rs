@@ -1,7 +1,8 @@
 //! Policy, integrator, relaxation, stability; what is written; and what the scene does not list.
 
-use super::{Line, energies, reach};
-use crate::effects;
+use serde::Serialize;
+
+use crate::effects::{self, EnergyTerm};
 use crate::model::{Policy, Start};
 use crate::num::real;
 use crate::run::Simulation;
@@ -97,7 +98,11 @@ fn matrix(simulation: &Simulation) -> Line {
         format!(
             "matrix of {rows} × {rows} blocks {axes} × {axes}, {blocks} stored, {row:.1} a row"
         ),
-        format!("{}: couples {}", energies(simulation, |c| c.rings == rings), reach(rings)),
+        format!(
+            "{}: couples {}",
+            energies(simulation, |c| c.coupling().rings == rings),
+            reach(rings)
+        ),
     )
 }
 
@@ -107,14 +112,20 @@ fn corrections(simulation: &Simulation) -> impl Iterator<Item = Line> {
     let all = [
         (
             "Woodbury correction of every solution with the factor",
-            energies(simulation, |c| c.low_rank),
+            energies(simulation, |term| term.coupling().low_rank),
         ),
         (
             "augmented Lagrangian until every constraint is below 1e-9, and Woodbury correction",
             constraints.join(", "),
         ),
-        ("pattern analysed again where pairs have changed", energies(simulation, |c| c.pairs)),
-        ("every step is shortened until it is allowed", energies(simulation, |c| c.limits_steps)),
+        (
+            "pattern analysed again where pairs have changed",
+            energies(simulation, |term| term.interaction().pairs),
+        ),
+        (
+            "every step is shortened until it is allowed",
+            energies(simulation, |term| term.interaction().limits_steps),
+        ),
     ];
     all.into_iter().filter(|(_, of)| !of.is_empty()).map(|(what, of)| Line::new(what, of))
 }
@@ -182,4 +193,49 @@ pub(super) fn absent(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
         ),
     ];
     all.into_iter().filter(|(is, ..)| *is).map(|(_, what, why)| Line::new(what, why)).collect()
+}
+
+/// One thing that the scene calls for, or spares.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Line {
+    /// Description.
+    pub what: String,
+    /// What calls for it, or spares it.
+    pub because: String,
+    /// The key or table of the scene, with its line where it is written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub place: Option<String>,
+}
+
+impl Line {
+    pub(super) fn new(what: impl Into<String>, because: impl Into<String>) -> Self {
+        Self { what: what.into(), because: because.into(), place: None }
+    }
+
+    /// Called for by the key or table at `path`, where the scene has it: `[stability], line 12`, or `effect[0], line 7`.
+    pub(super) fn at(mut self, scene: &Scene, path: &str) -> Self {
+        self.place = scene.written(path).map(|written| match path.contains(['.', '[']) {
+            true => format!("{path}, {written}"),
+            false => format!("[{path}], {written}"),
+        });
+        self
+    }
+}
+
+/// The energies of which something is true.
+pub(super) fn energies(simulation: &Simulation, what: impl Fn(&EnergyTerm) -> bool) -> String {
+    let mechanics = simulation.model().mechanics();
+    let all = mechanics.terms().iter().zip(mechanics.names());
+    let names: Vec<&str> = all.filter(|(term, _)| what(term)).map(|(_, name)| name).collect();
+    names.join(", ")
+}
+
+/// How far second derivatives reach.
+pub(super) fn reach(rings: usize) -> String {
+    match rings {
+        0 => "no two vertices".to_owned(),
+        1 => "neighbours".to_owned(),
+        2 => "neighbours of neighbours".to_owned(),
+        rings => format!("vertices up to {rings} edges apart"),
+    }
 }

@@ -1,6 +1,6 @@
 //! The diagram of branches: a measure and the energy over the key, stable parts solid and others dashed.
 
-use super::record::Row;
+use super::row::Row;
 use crate::output::plot::{Block, Curve, Figure, Mark, Panel, Plot};
 
 /// Names of the legend; the last one is drawn as a guide, dashed.
@@ -12,9 +12,9 @@ const LEGEND: [&str; 5] = [
     "unstable (dashed): some disturbances grow",
 ];
 const STABLE: usize = 0;
-const FOLD: usize = 1;
-const BIFURCATION: usize = 2;
-const SINGULARITY: usize = 3;
+pub(super) const FOLD: usize = 1;
+pub(super) const BIFURCATION: usize = 2;
+pub(super) const SINGULARITY: usize = 3;
 const UNSTABLE: usize = 4;
 
 /// The diagram of `rows`; `key` is the title of the parameter, `measure` the title of a measure with its column.
@@ -82,9 +82,9 @@ fn lines(rows: &[Row], value: impl Fn(&Row) -> f64) -> Vec<Curve> {
 fn marks(rows: &[Row], value: impl Fn(&Row) -> f64) -> Vec<Curve> {
     let mark = |row: &Row| {
         let name = match row.event {
-            super::record::FOLD => FOLD,
-            super::record::BIFURCATION => BIFURCATION,
-            super::record::SINGULARITY => SINGULARITY,
+            crate::run::follow::row::FOLD => FOLD,
+            crate::run::follow::row::BIFURCATION => BIFURCATION,
+            crate::run::follow::row::SINGULARITY => SINGULARITY,
             _ => return None,
         };
         Some(Curve { name, points: vec![(row.parameter, value(row))] })

@@ -6,7 +6,8 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::key::{Key, OPTION_NAME};
+use super::key::Key;
+use super::refusals::OPTION_NAME;
 use crate::kinetics::PluginSearch;
 use crate::model::{Model, Potential, State};
 use crate::run::{Error, Result, prepare};

@@ -5,11 +5,9 @@ use std::path::Path;
 use toml::Value;
 
 use super::refusals;
+use crate::run::follow::refusals::OPTION_NAME;
 use crate::run::{Error, Result};
 use crate::scene::{Scene, path_to};
-
-/// The option that names it, as errors say.
-pub(super) const OPTION_NAME: &str = "--along";
 
 /// A number of a scene.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,51 +2,21 @@
 //!
 //! Table and diagram are rewritten as a whole at every step: a command that is killed leaves files that open.
 
-use super::Request;
-use super::diagram;
 use super::family::SceneFamily;
 use super::measures::{Directions, Measure};
+use super::{Request, diagram};
 use crate::Vec3;
 use crate::kinetics::Location;
 use crate::model::{Memory, Model};
-use crate::output::{Compression, OutputError, ResultDirectory, Series, atomic, plot, vtu};
-use crate::output::{Field, Frame};
+use crate::output::{
+    Compression, Field, Frame, OutputError, ResultDirectory, Series, atomic, plot, vtu,
+};
 use crate::run::fields::titled;
+use crate::run::follow::row::{BIFURCATION, FOLD, Row, SINGULARITY};
 use crate::run::stability::EIGENVALUE_UNIT;
 use crate::run::{Fields, Result};
 use crate::scene::OutputSpec;
 use crate::solve::continuation::{Block, CriticalMode, Event, Point, Unknowns};
-
-/// Words of the column of events.
-pub(super) const FOLD: &str = "fold";
-pub(super) const BIFURCATION: &str = "bifurcation";
-pub(super) const SINGULARITY: &str = "singularity";
-
-/// A point in the table.
-#[derive(Debug, Clone)]
-pub(super) struct Row {
-    pub(super) branch: usize,
-    pub(super) parameter: f64,
-    pub(super) energy: f64,
-    pub(super) negative: usize,
-    /// Those of the table, in its order.
-    pub(super) measures: Vec<f64>,
-    pub(super) event: &'static str,
-    kind: &'static str,
-    /// What of the row stands before the measures.
-    text: String,
-    /// What of it stands behind them, before the event.
-    behind: String,
-    /// The state, while it is not known yet along which mode its displacement is to be taken.
-    at: Unknowns,
-}
-
-impl Row {
-    /// Whether an eigenvalue is 0 there.
-    pub(super) fn is_special(&self) -> bool {
-        [FOLD, BIFURCATION, SINGULARITY].contains(&self.event)
-    }
-}
 
 /// Modes of an event.
 fn modes_of(event: &Event) -> &[CriticalMode] {

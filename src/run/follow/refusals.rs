@@ -1,6 +1,5 @@
 //! Scenes and keys that have no branch, with their place.
 
-use super::key::OPTION_NAME;
 use crate::run::{Error, Simulation};
 use crate::scene::Scene;
 use crate::solve::{SolveError, continuation};
@@ -56,6 +55,9 @@ const OF_RUNS: [(&str, &str); 7] = [
     ("checkpoint", "it says when the state of a run is stored"),
     ("invariants", "it says what is watched"),
 ];
+
+/// The option that names it, as errors say.
+pub(super) const OPTION_NAME: &str = "--along";
 
 /// Refuses the key at `target` if it is one of those.
 ///

@@ -130,7 +130,7 @@ impl EnergyBalance {
             return Err(scene.error_at("invariants.energy", message, None).into());
         }
         let drag = model.storage().mechanics > 0.0;
-        if drag && mechanics.constraints().iter().any(|term| term.depends_on_time()) {
+        if drag && mechanics.constraints().iter().any(|term| term.reads().time) {
             let message = "under drag the work of a constraint whose target changes with time is not accounted for: \
                            its multiplier is that of the shape at rest";
             let help = "give the volume a stiffness in place of exact = true, or leave energy out";
@@ -172,7 +172,7 @@ impl EnergyBalance {
         for (k, term) in mechanics.terms().iter().enumerate() {
             let change = |x: usize| last.energies[x][k] - first.energies[x][k];
             let work = 0.5 * (change(0) + change(1));
-            *match (term.depends_on_time(), term.species().is_empty()) {
+            *match (term.reads().time, term.reads().species.is_empty()) {
                 (true, _) => &mut works.loads,
                 (false, true) => &mut works.growth,
                 (false, false) => &mut works.species,

@@ -11,14 +11,17 @@ mod manifold;
 use std::collections::HashMap;
 use std::fmt;
 use std::hash::Hash;
+use std::path::Path;
 
+use rumple_numerics::Vec3;
 use serde::Serialize;
 
 use super::quality::{ZERO_QUALITY, triangle_quality};
 use super::surface::Surface;
-pub(crate) use graph::DisjointSets;
+use crate::{Sheet, SheetError};
 use graph::Edges;
-use rumple_numerics::Vec3;
+
+pub(crate) use graph::DisjointSets;
 
 /// Quality below which a triangle counts as a needle: an angle below two degrees.
 const NEEDLE_QUALITY: f64 = 0.05;
@@ -304,5 +307,33 @@ impl Findings<'_> {
             "a vertex belongs to no triangle, so no force acts on it",
             &loose,
         );
+    }
+}
+
+impl Surface {
+    /// Checks the soup and makes it a sheet, vertices and triangles in the same order.
+    ///
+    /// Triangles that face against their neighbours are turned, and so are all of a closed surface with
+    /// its normals inwards; the findings say which. Only findings that are not fatal are returned.
+    ///
+    /// # Errors
+    /// The first fatal finding of [`examine`], with the file's name where there is one.
+    pub fn into_sheet(self) -> Result<(Sheet, Vec<Finding>), SheetError> {
+        let (findings, triangles) = examine(&self);
+        let path = self.path;
+        if let Some(fatal) = findings.iter().find(|f| f.fatal) {
+            return Err(refusal(path.as_deref(), fatal.to_string()));
+        }
+        let sheet = Sheet::new(self.points, triangles)
+            .map_err(|e| refusal(path.as_deref(), e.to_string()))?;
+        Ok((sheet, findings))
+    }
+}
+
+/// An error that names the file if there is one.
+fn refusal(path: Option<&Path>, message: String) -> SheetError {
+    match path {
+        Some(path) => SheetError::File { path: path.to_owned(), message },
+        None => SheetError::Unusable(message),
     }
 }

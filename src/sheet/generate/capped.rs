@@ -4,13 +4,15 @@
 
 use std::f64::consts::TAU;
 
-use super::cylinder::Strip;
-use super::density::{edge_length, vertex_count};
-use super::planar::disc_around;
-use super::{irregular, order, too_narrow};
-use crate::{Sheet, SheetError};
 use rumple_numerics::Vec3;
 use rumple_numerics::num::{index, real, whole};
+
+use super::cylinder::Strip;
+use super::density::{edge_length, vertex_count};
+use super::irregular::{irregular, too_narrow};
+use super::order;
+use super::planar::disc_around;
+use crate::{Sheet, SheetError};
 
 /// Fewest edges across a cap.
 const FEWEST_ACROSS: usize = 4;

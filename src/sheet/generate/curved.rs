@@ -14,15 +14,15 @@ use std::f64::consts::{PI, TAU};
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+use rumple_numerics::Vec3;
+use rumple_numerics::num::{real, whole};
 
 use super::density::edge_length;
 use super::domain::{Domain, delaunay, periodic};
 use super::flip::delaunay_in_space;
+use super::irregular::too_narrow;
 use super::sphere::on_sphere;
-use super::too_narrow;
 use crate::SheetError;
-use rumple_numerics::Vec3;
-use rumple_numerics::num::{real, whole};
 
 /// Least distance of free vertices from the boundary in edge lengths, as for flat outlines.
 const BOUNDARY_MARGIN: f64 = 0.5;

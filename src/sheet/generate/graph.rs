@@ -12,15 +12,15 @@
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+use rumple_numerics::Vec3;
+use rumple_numerics::num::{Short, real, whole};
 
 use super::density::edge_length;
 use super::domain::{Domain, delaunay};
 use super::flip::delaunay_in_space;
+use super::irregular::too_narrow;
 use super::planar::{BOUNDARY_MARGIN, CORNER_OFFSET, FEWEST_ACROSS, Planar};
-use super::too_narrow;
 use crate::SheetError;
-use rumple_numerics::Vec3;
-use rumple_numerics::num::{Short, real, whole};
 
 /// Intervals along each side of the table that heights are looked up in while vertices move; a wave needs some twenty of
 /// them. In the end vertices get the exact height.

@@ -13,13 +13,14 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::density::edge_length;
-use super::planar::FEWEST_ACROSS;
-use super::too_narrow;
-use crate::topology::Share;
-use crate::{Sheet, SheetError};
 use rumple_numerics::Vec3;
 use rumple_numerics::num::{index, real, whole};
+
+use super::density::edge_length;
+use super::irregular::too_narrow;
+use super::planar::FEWEST_ACROSS;
+use crate::topology::Share;
+use crate::{Sheet, SheetError};
 
 /// Rings of neighbours around what a rank owns that a patch has: two of ghosts, and one that completes the triangles
 /// around these.
@@ -58,7 +59,7 @@ impl Lattice {
     /// Sizes and numbers of vertices that no generator takes; sides of less than four edges.
     pub fn new(size: [f64; 2], vertices: usize) -> Result<Self, SheetError> {
         let [width, height] = size;
-        super::check(&[("width", width), ("height", height)], vertices)?;
+        super::irregular::check(&[("width", width), ("height", height)], vertices)?;
         let edge = edge_length(width * height, 2.0 * (width + height), 2.0, vertices);
         let short = width.min(height);
         if short < real(FEWEST_ACROSS) * edge {

@@ -4,13 +4,13 @@ use std::f64::consts::TAU;
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+use rumple_numerics::Vec3;
+use rumple_numerics::num::{real, whole};
 
 use super::density::edge_length;
 use super::domain::{Domain, delaunay};
-use super::too_narrow;
+use super::irregular::too_narrow;
 use crate::SheetError;
-use rumple_numerics::Vec3;
-use rumple_numerics::num::{real, whole};
 
 /// Least distance of free vertices from the boundary in edge lengths.
 ///

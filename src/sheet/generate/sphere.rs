@@ -5,13 +5,13 @@ use std::f64::consts::{PI, TAU};
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+use rumple_numerics::Vec3;
+use rumple_numerics::num::{index, real, whole};
 
 use super::density::edge_length;
 use super::domain::{Domain, delaunay};
-use super::too_narrow;
+use super::irregular::too_narrow;
 use crate::SheetError;
-use rumple_numerics::Vec3;
-use rumple_numerics::num::{index, real, whole};
 
 /// Fewest edges around the equator of a random sphere.
 const FEWEST_AROUND: usize = 8;

@@ -53,17 +53,16 @@
 //! Phys. Rev. A 38 (1988) 1005, doi:10.1103/PhysRevA.38.1005; ∫ 2H dA of a polyhedron after Steiner, e.g.
 //! Cohen-Steiner & Morvan, doi:10.1145/777792.777839. Not covered: spontaneous curvature with a direction.
 
-use super::remodelling::REMODELLING_NAME;
-use super::rest::{Curved, Flat, RestAngle, RestShape};
-use crate::Vec3;
+use super::dihedral::{WING_CORNERS, angle_gradient, angle_outer_product, hinges, state};
+use super::rest::{Curved, Flat, REMODELLING_NAME, RestAngle, RestShape};
 use crate::effects::element::{self, Element, Mesh};
 use crate::effects::material::at_edges;
-use crate::effects::{Coupling, Energy, HessianPart, MaterialField, Values};
+use crate::effects::{Coupling, Energy, HessianPart, MaterialField, ParameterField, Reads, Values};
 use crate::geometry::{Conditions, Shape};
 use crate::linear::{Block, BlockMatrix, LazyStencils};
 use crate::num::index;
-use crate::parallel;
-use crate::sheet::{Edge, Incidence, Sheet};
+use crate::sheet::{Incidence, Sheet};
+use crate::{Vec3, parallel};
 
 /// One hinge: corners 0 and 1 are the ends of the edge, 2 is opposite in the triangle in which the
 /// edge runs from 0 to 1, 3 in the other.
@@ -75,146 +74,17 @@ struct Hinge<R> {
     rest: R,
 }
 
-/// What one triangle contributes to ∂θ, by (start, end, opposite).
-struct Wing {
-    /// Edge vector, from start to end, over its length.
-    along: Vec3,
-    length: f64,
-    /// `N = e × (x₂ - x₀)`: along the normal, of twice the area of the triangle.
-    normal: Vec3,
-    /// `m = N/|N|²`, of which the derivatives of θ by the corners are multiples.
-    slope: Vec3,
-    /// Factors of m.
-    factor: [f64; 3],
-    corner: [Vec3; 3],
-}
-
-impl Wing {
-    /// For the triangle of `corner`; `along` and `length` belong to its edge from 0 to 1.
-    fn new(corner: [Vec3; 3], along: Vec3, length: f64) -> Self {
-        let [start, end, opposite] = corner;
-        let arm = opposite - start;
-        let normal = (end - start).cross(&arm);
-        let foot = arm.dot(&along);
-        Self {
-            along,
-            length,
-            normal,
-            slope: (1.0 / normal.norm_squared()) * normal,
-            factor: [length - foot, foot, -length],
-            corner,
-        }
-    }
-
-    fn gradient(&self) -> [Vec3; 3] {
-        self.factor.map(|factor| factor * self.slope)
-    }
-
-    /// Block `[j][k]`: the derivative of `factor_j · m` by corner k.
-    fn hessian(&self) -> [[Block; 3]; 3] {
-        let [start, end, opposite] = self.corner;
-        let edges = [opposite - end, start - opposite, end - start];
-        let square = self.normal.norm_squared();
-        let reflect = Block::identity() / square - 2.0 * self.slope * self.slope.transpose();
-        let slope_derivatives = edges.map(|e| reflect * e.cross_matrix());
-        let arm = opposite - start;
-        let across = (arm - arm.dot(&self.along) * self.along) / self.length;
-        let zero = Vec3::zeros();
-        let length_slopes = [-self.along, self.along, zero];
-        let foot_slopes = [-self.along - across, across, self.along];
-        let factor_slopes: [[Vec3; 3]; 3] = [
-            std::array::from_fn(|k| length_slopes[k] - foot_slopes[k]),
-            foot_slopes,
-            length_slopes.map(|d| -d),
-        ];
-        std::array::from_fn(|j| {
-            std::array::from_fn(|k| {
-                self.slope * factor_slopes[j][k].transpose() + self.factor[j] * slope_derivatives[k]
-            })
-        })
-    }
-}
-
-impl Hinge<Flat> {
-    /// Corners of the hinge that belong to the two wings.
-    const WING_CORNERS: [[usize; 3]; 2] = [[0, 1, 2], [1, 0, 3]];
-
-    /// Both wings and ψ.
-    fn state(x: &[Vec3; 4]) -> ([Wing; 2], f64) {
-        let edge = x[1] - x[0];
-        let length = edge.norm();
-        let along = (1.0 / length) * edge;
-        let wing = |[a, b, c]: [usize; 3], along| Wing::new([x[a], x[b], x[c]], along, length);
-        let wings = [wing(Self::WING_CORNERS[0], along), wing(Self::WING_CORNERS[1], -along)];
-        let (first, second) = (&wings[0].normal, &wings[1].normal);
-        let sine = -wings[0].length * first.dot(&(x[3] - x[0]));
-        let cosine = first.dot(second);
-        let size = (first.norm_squared() * second.norm_squared()).sqrt();
-        let psi = 2.0 * sine / (size + cosine);
-        (wings, psi)
-    }
-
-    fn angle_gradient(wings: &[Wing; 2]) -> [Vec3; 4] {
-        let mut gradient = [Vec3::zeros(); 4];
-        for (wing, places) in wings.iter().zip(Self::WING_CORNERS) {
-            for (place, g) in places.into_iter().zip(wing.gradient()) {
-                gradient[place] += g;
-            }
-        }
-        gradient
-    }
-
-    /// `tangent ∂θ ⊗ ∂θ`.
-    fn angle_outer_product(wings: &[Wing; 2], tangent: f64) -> [[Block; 4]; 4] {
-        let gradient = Self::angle_gradient(wings);
-        std::array::from_fn(|j| {
-            std::array::from_fn(|k| tangent * gradient[j] * gradient[k].transpose())
-        })
-    }
-}
-
-/// `k ∂θ ⊗ ∂θ`, `k = rigidity l²/(A₁+A₂)` by current lengths and areas, of the hinge with the given
-/// corners: the positive part at small angles.
-pub(super) fn stiffness_blocks(x: &[Vec3; 4], rigidity: impl Fn(f64) -> f64) -> [[Block; 4]; 4] {
-    let (wings, _) = Hinge::state(x);
-    let area = 0.5 * (wings[0].normal.norm() + wings[1].normal.norm());
-    Hinge::angle_outer_product(&wings, rigidity(area) * wings[0].length * wings[0].length / area)
-}
-
-/// Numbers of the interior edges of `sheet` with the corners of their hinges: the ends of the edge,
-/// then the opposite corners of the triangles in which it runs forwards and backwards.
-pub(super) fn hinges(sheet: &Sheet) -> impl Iterator<Item = (u32, [u32; 4])> + '_ {
-    let opposite = |t: u32, e: u32| {
-        let t = t as usize;
-        let k = (0..3).find(|&k| sheet.triangle_edges()[t][k] == e).unwrap_or(0);
-        let corner = sheet.triangles()[t];
-        [corner[(k + 1) % 3], corner[(k + 2) % 3], corner[k]]
-    };
-    let inside = sheet.edges().iter().enumerate().filter(|(_, edge)| !edge.is_boundary());
-    inside.map(move |(e, Edge { triangles: [first, second], .. })| {
-        let e = index(e);
-        let [start, end, left] = opposite(*first, e);
-        let [_, _, right] = opposite(*second, e);
-        (e, [start, end, left, right])
-    })
-}
-
-/// ψ of the hinge with the given corners.
-pub(super) fn psi(x: &[Vec3; 4]) -> f64 {
-    Hinge::state(x).1
-}
-
 impl<R: RestAngle> Element<4> for Hinge<R> {
     fn gradient(&self, x: &[Vec3; 4]) -> (f64, [Vec3; 4]) {
-        let (wings, psi) = Hinge::state(x);
+        let (wings, psi) = state(x);
         let off = self.rest.deviation(psi);
         let moment = self.stiffness * off * (1.0 + 0.25 * psi * psi);
-        let pull = Hinge::angle_gradient(&wings).map(|g| moment * g);
+        let pull = angle_gradient(&wings).map(|g| moment * g);
         (0.5 * self.stiffness * off * off, pull)
     }
 
     fn hessian(&self, x: &[Vec3; 4], part: HessianPart) -> [[Block; 4]; 4] {
-        let (wings, psi) = Hinge::state(x);
+        let (wings, psi) = state(x);
         let off = self.rest.deviation(psi);
         let c = 1.0 + 0.25 * psi * psi;
         let mut bent = 0.5 * off * psi;
@@ -222,10 +92,10 @@ impl<R: RestAngle> Element<4> for Hinge<R> {
             bent = bent.max(0.0);
         }
         let tangent = self.stiffness * c * (c + bent);
-        let mut blocks = Hinge::angle_outer_product(&wings, tangent);
+        let mut blocks = angle_outer_product(&wings, tangent);
         if part == HessianPart::Full {
             let moment = self.stiffness * off * c;
-            for (wing, places) in wings.iter().zip(Hinge::WING_CORNERS) {
+            for (wing, places) in wings.iter().zip(WING_CORNERS) {
                 let inner = wing.hessian();
                 for (j, row) in places.into_iter().zip(&inner) {
                     for (k, block) in places.into_iter().zip(row) {
@@ -300,9 +170,68 @@ impl<R: RestAngle> HingeBending<R> {
 
     /// `B C₀ ∂ψ` of hinge `h`.
     fn spontaneous_gradient(&self, h: usize, curvature: f64, x: &[Vec3; 4]) -> [Vec3; 4] {
-        let (wings, psi) = Hinge::state(x);
+        let (wings, psi) = state(x);
         let moment = self.rigidity.at(h) * curvature * (1.0 + 0.25 * psi * psi);
-        Hinge::angle_gradient(&wings).map(|g| moment * g)
+        angle_gradient(&wings).map(|g| moment * g)
+    }
+
+    /// `∂²U/∂x∂l̄`.
+    pub(super) fn by_lengths(
+        &self,
+        shape: &Shape<'_>,
+        work: &mut HingeWork<R>,
+        emit: &mut dyn FnMut(usize, usize, Vec3),
+    ) {
+        let (sheet, metric) = (shape.sheet, shape.metric);
+        for (h, corners) in self.corners.iter().enumerate() {
+            let e = self.edge[h] as usize;
+            let corners = corners.map(|v| v as usize);
+            let (_, pull) = work.hinge[h].gradient(&corners.map(|v| shape.x[v]));
+            // All of the energy is in proportion to l̄²/(Ā_1 + Ā_2) …
+            let mut by = |f: usize, slope: f64, pull: &[Vec3; 4]| {
+                for (v, pull) in corners.into_iter().zip(pull) {
+                    emit(v, f, slope * pull);
+                }
+            };
+            let length = metric.length()[e];
+            by(e, 2.0 / length, &pull);
+            // … but for -B C₀ l̄ ψ, which knows no areas.
+            let curvature = R::spontaneous_curvature(&self.rest, h)
+                + work.variable_curvature.get(h).copied().unwrap_or(0.0);
+            let bent = R::MAY_BE_CURVED
+                .then(|| self.spontaneous_gradient(h, curvature, &corners.map(|v| shape.x[v])));
+            if let Some(bent) = &bent {
+                by(e, 1.0, bent);
+            }
+            let sides = sheet.edges()[e].triangles.map(|t| t as usize);
+            let area: f64 = sides.iter().map(|&t| metric.weight_area()[t]).sum();
+            for t in sides {
+                let slopes = metric.weight_area_gradient(sheet, t);
+                for (f, slope) in sheet.triangle_edges()[t].into_iter().zip(slopes) {
+                    by(f as usize, -slope / area, &pull);
+                    if let Some(bent) = &bent {
+                        by(f as usize, -slope * length / area, bent);
+                    }
+                }
+            }
+        }
+    }
+
+    /// `∂²U/∂x∂C₀`: `-B l̄ ∂ψ` for the C₀ of a hinge, half of it for that of either end.
+    fn by_curvature(&self, shape: &Shape<'_>, emit: &mut dyn FnMut(usize, usize, Vec3)) {
+        if !R::variable_curvature(&self.rest).is_some_and(|curvature| curvature.law) {
+            return;
+        }
+        let length = shape.metric.length();
+        for (h, corners) in self.corners.iter().enumerate() {
+            let half = -0.5 * length[self.edge[h] as usize];
+            let by = self.spontaneous_gradient(h, half, &corners.map(|v| shape.x[v as usize]));
+            for (v, by) in corners.iter().zip(by) {
+                for end in &corners[..2] {
+                    emit(*v as usize, *end as usize, by);
+                }
+            }
+        }
     }
 }
 
@@ -317,8 +246,10 @@ impl<R: RestAngle> Energy for HingeBending<R> {
         Coupling::TWO_RINGS
     }
 
-    fn depends_on_time(&self) -> bool {
-        R::variable_curvature(&self.rest).is_some_and(|curvature| curvature.timed.is_some())
+    fn reads(&self) -> Reads<'_> {
+        Reads::time(
+            R::variable_curvature(&self.rest).is_some_and(|curvature| curvature.timed.is_some()),
+        )
     }
 
     fn prepare(&self, conditions: &Conditions<'_>, work: &mut Self::Work) {
@@ -360,66 +291,18 @@ impl<R: RestAngle> Energy for HingeBending<R> {
         element::evaluate(&mesh, |h| &hinge[h], shape.x, &mut work.pull, gradient)
     }
 
-    fn mixed_metric_derivatives(
+    fn mixed_derivatives(
         &self,
         shape: &Shape<'_>,
+        _: &Conditions<'_>,
         work: &mut Self::Work,
+        by: ParameterField,
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
-        let (sheet, metric) = (shape.sheet, shape.metric);
-        for (h, corners) in self.corners.iter().enumerate() {
-            let e = self.edge[h] as usize;
-            let corners = corners.map(|v| v as usize);
-            let (_, pull) = work.hinge[h].gradient(&corners.map(|v| shape.x[v]));
-            // All of the energy is in proportion to l̄²/(Ā_1 + Ā_2) …
-            let mut by = |f: usize, slope: f64, pull: &[Vec3; 4]| {
-                for (v, pull) in corners.into_iter().zip(pull) {
-                    emit(v, f, slope * pull);
-                }
-            };
-            let length = metric.length()[e];
-            by(e, 2.0 / length, &pull);
-            // … but for -B C₀ l̄ ψ, which knows no areas.
-            let curvature = R::spontaneous_curvature(&self.rest, h)
-                + work.variable_curvature.get(h).copied().unwrap_or(0.0);
-            let bent = R::MAY_BE_CURVED
-                .then(|| self.spontaneous_gradient(h, curvature, &corners.map(|v| shape.x[v])));
-            if let Some(bent) = &bent {
-                by(e, 1.0, bent);
-            }
-            let sides = sheet.edges()[e].triangles.map(|t| t as usize);
-            let area: f64 = sides.iter().map(|&t| metric.weight_area()[t]).sum();
-            for t in sides {
-                let slopes = metric.weight_area_gradient(sheet, t);
-                for (f, slope) in sheet.triangle_edges()[t].into_iter().zip(slopes) {
-                    by(f as usize, -slope / area, &pull);
-                    if let Some(bent) = &bent {
-                        by(f as usize, -slope * length / area, bent);
-                    }
-                }
-            }
-        }
-    }
-
-    /// `-B l̄ ∂ψ` for the C₀ of a hinge, half of it for that of either end.
-    fn mixed_curvature_derivatives(
-        &self,
-        shape: &Shape<'_>,
-        _: &mut Self::Work,
-        emit: &mut dyn FnMut(usize, usize, Vec3),
-    ) {
-        if !R::variable_curvature(&self.rest).is_some_and(|curvature| curvature.law) {
-            return;
-        }
-        let length = shape.metric.length();
-        for (h, corners) in self.corners.iter().enumerate() {
-            let half = -0.5 * length[self.edge[h] as usize];
-            let by = self.spontaneous_gradient(h, half, &corners.map(|v| shape.x[v as usize]));
-            for (v, by) in corners.iter().zip(by) {
-                for end in &corners[..2] {
-                    emit(*v as usize, *end as usize, by);
-                }
-            }
+        match by {
+            ParameterField::OptimalLength => self.by_lengths(shape, work, emit),
+            ParameterField::SpontaneousCurvature => self.by_curvature(shape, emit),
+            ParameterField::Species(_) => {}
         }
     }
 

@@ -35,20 +35,31 @@ mod kernels;
 
 use std::f64::consts::PI;
 
+use serde::{Deserialize, Serialize};
+
+use super::RestShape;
+use crate::effects::material::at_vertices;
+use crate::effects::{Coupling, Energy, HessianPart, MaterialField, ParameterField, Reads, Values};
+use crate::geometry::{AreaRule, Conditions, Shape, VertexArea, angle_at};
+use crate::linear::BlockMatrix;
+use crate::num::real;
+use crate::parallel::element_blocks::F64x4;
+use crate::sheet::Sheet;
+use crate::{Vec3, parallel};
 use curved::{CurvedRest, CurvedWork};
 use hessian::curved::CurvedAt;
 use kernels::{Gradient, VertexSums};
 
-use super::{BendingWeight, RestShape};
-use crate::Vec3;
-use crate::effects::material::at_vertices;
-use crate::effects::{Coupling, Energy, HessianPart, MaterialField, Values};
-use crate::geometry::{AreaRule, Conditions, Shape, VertexArea, angle_at};
-use crate::linear::BlockMatrix;
-use crate::num::real;
-use crate::parallel;
-use crate::parallel::element_blocks::F64x4;
-use crate::sheet::Sheet;
+/// Weight of a vertex in the bending energy.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BendingWeight {
+    /// Its area, so that the sum is an integral.
+    #[default]
+    Area,
+    /// 1, as printed in the paper: a sum of energy densities.
+    Paper,
+}
 
 /// The derivatives of the energy by what a vertex gathers from its triangles.
 #[derive(Debug, Clone, Copy, Default)]
@@ -226,8 +237,8 @@ impl Energy for MeyerBending {
         Coupling::TWO_RINGS
     }
 
-    fn depends_on_time(&self) -> bool {
-        self.curved.as_ref().is_some_and(|curved| curved.depends_on_time())
+    fn reads(&self) -> Reads<'_> {
+        Reads::time(self.curved.as_ref().is_some_and(|curved| curved.depends_on_time()))
     }
 
     fn prepare(&self, conditions: &Conditions<'_>, work: &mut Self::Work) {
@@ -236,25 +247,21 @@ impl Energy for MeyerBending {
         }
     }
 
-    fn mixed_metric_derivatives(
+    fn mixed_derivatives(
         &self,
         shape: &Shape<'_>,
+        conditions: &Conditions<'_>,
         work: &mut Self::Work,
+        by: ParameterField,
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
-        if let Some(curved) = &self.curved {
-            curved.mixed_metric_derivatives(self, shape, work, emit);
-        }
-    }
-
-    fn mixed_curvature_derivatives(
-        &self,
-        shape: &Shape<'_>,
-        work: &mut Self::Work,
-        emit: &mut dyn FnMut(usize, usize, Vec3),
-    ) {
-        if let Some(curved) = &self.curved {
-            curved.mixed_curvature_derivatives(self, shape, work, emit);
+        let Some(curved) = &self.curved else { return };
+        match by {
+            ParameterField::OptimalLength => {
+                curved.by_lengths(self, (shape, conditions), work, emit);
+            }
+            ParameterField::SpontaneousCurvature => curved.by_curvature(self, shape, work, emit),
+            ParameterField::Species(_) => {}
         }
     }
 

@@ -1,12 +1,13 @@
 //! Bending: parameters of the effect, and its discrete models.
 
+mod dihedral;
 mod hinge;
 mod meyer;
 mod remodelling;
 mod rest;
 
 pub use hinge::HingeBending;
-pub use meyer::MeyerBending;
+pub use meyer::{BendingWeight, MeyerBending};
 pub use rest::{BendingRest, RestShape, SPONTANEOUS_CURVATURE};
 
 use remodelling::AngleRemodelling;
@@ -223,15 +224,4 @@ pub enum BendingModel {
     Meyer,
     /// Angles between neighbouring triangles.
     Hinge,
-}
-
-/// Weight of a vertex in the bending energy.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum BendingWeight {
-    /// Its area, so that the sum is an integral.
-    #[default]
-    Area,
-    /// 1, as printed in the paper: a sum of energy densities.
-    Paper,
 }

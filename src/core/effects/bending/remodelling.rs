@@ -11,16 +11,15 @@
 //!
 //! Hinges alone have rest angles: Meyer's bending has curvatures at vertices.
 
-use super::hinge;
+use super::dihedral;
 use super::rest::{Curved, RestAngle, RestAngles, RestShape};
+use crate::effects::bending::rest::REMODELLING_NAME;
 use crate::effects::flow_rule::{Flow, FlowRule, Keys};
 use crate::effects::{EffectContext, EffectError, InternalVariables};
 use crate::geometry::Shape;
 use crate::kinetics::Location;
 use crate::parallel;
 
-/// Name of the internal variable β, what rest angles have flowed by.
-pub(super) const REMODELLING_NAME: &str = "angle_remodelling";
 /// A change of an angle that matters, radians: absolute tolerances are in units of it.
 const TYPICAL_ANGLE_CHANGE: f64 = 1e-2;
 
@@ -43,7 +42,7 @@ impl AngleRemodelling {
     ) -> Result<Self, EffectError> {
         let keys = Keys { time: "remodelling.time", threshold: "remodelling.yield" };
         let flow = spec.on_edges(context, &keys)?;
-        let (edge, corners): (Vec<u32>, Vec<[u32; 4]>) = hinge::hinges(context.sheet).unzip();
+        let (edge, corners): (Vec<u32>, Vec<[u32; 4]>) = dihedral::hinges(context.sheet).unzip();
         let rest = rest.at_hinges(&corners);
         Ok(Self { flow, edge, corners, rest })
     }
@@ -74,7 +73,7 @@ impl InternalVariables for AngleRemodelling {
             let [first, second] = shape.sheet.edges()[e].triangles.map(|t| area[t as usize]);
             let areas = first + second;
             let rest = Curved::at(&self.rest, h, length[e], areas, values[e]);
-            let psi = hinge::psi(&self.corners[h].map(|v| shape.x[v as usize]));
+            let psi = dihedral::psi(&self.corners[h].map(|v| shape.x[v as usize]));
             self.flow.rate(e, rest.deviation(psi), areas / length[e])
         });
         out.fill(0.0);

@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::hinge;
+use super::dihedral;
 use crate::Vec3;
 use crate::effects::timed_field::TimedField;
 use crate::effects::{EffectContext, EffectError, Field, Values};
@@ -84,6 +84,9 @@ impl VariableCurvature {
 /// [conditions](crate::geometry::Conditions::internal) of an energy.
 pub const SPONTANEOUS_CURVATURE: &str = "spontaneous_curvature";
 
+/// Name of the internal variable β, what rest angles have flowed by.
+pub(super) const REMODELLING_NAME: &str = "angle_remodelling";
+
 impl RestShape {
     /// The same, to which the spontaneous curvature that the law gives is added.
     #[must_use]
@@ -140,8 +143,9 @@ impl RestShape {
 
     /// What the hinges with these corners keep.
     pub(super) fn at_hinges(&self, corners: &[[u32; 4]]) -> RestAngles {
-        let angle =
-            |x: &Vec<Vec3>| corners.iter().map(|c| hinge::psi(&c.map(|v| x[v as usize]))).collect();
+        let angle = |x: &Vec<Vec3>| {
+            corners.iter().map(|c| dihedral::psi(&c.map(|v| x[v as usize]))).collect()
+        };
         let mean = |c: &Vec<f64>| {
             let of = |[a, b, ..]: &[u32; 4]| 0.5 * (c[*a as usize] + c[*b as usize]);
             corners.iter().map(of).collect()
@@ -195,8 +199,8 @@ fn from_file(file: &Path, context: &EffectContext<'_>) -> Result<Vec<Vec3>, Effe
 /// Refuses rest shapes in which a triangle has no area or two lie on one another.
 fn check(sheet: &Sheet, x: &[Vec3], rest: &BendingRest) -> Result<(), EffectError> {
     let what = if *rest == BendingRest::Mesh { "the mesh" } else { "that state" };
-    let bad = hinge::hinges(sheet).find(|(_, corners)| {
-        !(hinge::psi(&corners.map(|v| x[v as usize])).abs() < CLOSED_FOLD_PSI)
+    let bad = dihedral::hinges(sheet).find(|(_, corners)| {
+        !(dihedral::psi(&corners.map(|v| x[v as usize])).abs() < CLOSED_FOLD_PSI)
     });
     let Some((_, [a, b, ..])) = bad else { return Ok(()) };
     let message = format!(

@@ -25,53 +25,15 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::distance_potential::DistancePotential;
+use super::distance_potential::{DistancePotential, Well};
 use super::obstacle::{Body, ObstacleDistance, check_ramp};
-use super::{ContactWork, Contacts, ObstacleShape};
+use super::{Contacts, ObstacleShape};
 use crate::Vec3;
-use crate::effects::{
-    BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart,
-    Needs, Ramp, RampFactor,
-};
-use crate::geometry::{Conditions, Shape, lumped_areas};
+use crate::effects::{Effect, EffectContext, EffectError, EffectSpec, Needs, Ramp, RampFactor};
+use crate::geometry::lumped_areas;
 use crate::kinetics::breakpoints::TimeDependence;
 use crate::num::checked::{Finite, Positive};
 use crate::sheet::Sheet;
-
-/// The well.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Well {
-    /// w.
-    pub(super) work: f64,
-    /// r.
-    pub(super) reach: f64,
-}
-
-impl Well {
-    /// 1 - u² where surfaces stick, else 0; and u.
-    fn depth(&self, d: f64) -> (f64, f64) {
-        let u = d / self.reach;
-        ((1.0 - u * u).max(0.0), u)
-    }
-
-    /// a.
-    pub(super) fn energy(&self, d: f64) -> f64 {
-        let (depth, _) = self.depth(d);
-        -self.work * depth * depth * depth
-    }
-
-    /// a'.
-    pub(super) fn slope(&self, d: f64) -> f64 {
-        let (depth, u) = self.depth(d);
-        6.0 * self.work / self.reach * u * depth * depth
-    }
-
-    /// a''.
-    pub(super) fn curvature(&self, d: f64) -> f64 {
-        let (depth, u) = self.depth(d);
-        6.0 * self.work / (self.reach * self.reach) * depth * (1.0 - 5.0 * u * u)
-    }
-}
 
 /// Parameters of adhesion in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -118,7 +80,7 @@ impl EffectSpec for Adhesion {
                 let message = "a sheet that sticks to itself has nothing that moves";
                 return refused(key, message, "`to` says what else it sticks to");
             }
-            return Ok(Effect::energy(Sticky(Contacts::with_potential(context.sheet, potential))));
+            return Ok(Effect::contact(Contacts::with_potential(context.sheet, potential)));
         };
         let form = ObstacleDistance::new(to).map_err(|error| EffectError { key: "to", ..error })?;
         let ObstacleDistance::Smooth(surface) = form else {
@@ -130,73 +92,8 @@ impl EffectSpec for Adhesion {
         let displacement =
             self.displacement.map_or(Vec3::zeros(), |d| Vec3::from(d.map(Finite::get)));
         let area = lumped_areas(context.sheet);
-        Ok(Effect::energy(Body { surface, potential, displacement, factor, area }))
+        Ok(Effect::contact(Body { surface, potential, displacement, factor, area }))
     }
 }
 
 crate::register_kind!(dyn EffectSpec, "adhesion", Adhesion);
-
-/// Adhesion of a sheet to itself.
-#[derive(Debug)]
-struct Sticky(Contacts);
-
-impl Energy for Sticky {
-    type Work = ContactWork;
-
-    fn name(&self) -> &'static str {
-        "adhesion"
-    }
-
-    fn coupling(&self) -> Coupling {
-        Coupling { pairs: true, ..Coupling::NONE }
-    }
-
-    fn prepare(&self, conditions: &Conditions<'_>, work: &mut ContactWork) {
-        self.0.prepare(conditions, work);
-    }
-
-    fn evaluate(
-        &self,
-        shape: &Shape<'_>,
-        work: &mut ContactWork,
-        gradient: Option<&mut [Vec3]>,
-    ) -> f64 {
-        self.0.evaluate(shape, work, gradient)
-    }
-
-    fn add_hessian(
-        &self,
-        shape: &Shape<'_>,
-        work: &mut ContactWork,
-        part: HessianPart,
-        into: &mut BlockMatrix,
-    ) {
-        self.0.add_hessian(shape, work, part, into);
-    }
-
-    fn pairs(&self, shape: &Shape<'_>, work: &mut ContactWork, pairs: &mut Vec<[u32; 2]>) {
-        self.0.pairs(shape, work, pairs);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn derivatives_are_those_of_the_energy() {
-        let well = Well { work: 3.0, reach: 0.7 };
-        let mut steepest = 0.0f64;
-        for k in 1..700 {
-            let (d, h) = (1e-3 * f64::from(k), 1e-6);
-            let slope = (well.energy(d + h) - well.energy(d - h)) / (2.0 * h);
-            let curvature = (well.slope(d + h) - well.slope(d - h)) / (2.0 * h);
-            assert!((slope - well.slope(d)).abs() < 1e-7, "{d}");
-            assert!((curvature - well.curvature(d)).abs() < 1e-6, "{d}");
-            steepest = steepest.max(slope);
-        }
-        assert!((steepest - 1.717 * 3.0 / 0.7).abs() < 1e-2, "{steepest}");
-        assert_eq!([well.energy(0.0), well.slope(0.0), well.energy(0.7)], [-3.0, 0.0, 0.0]);
-        assert_eq!([well.slope(0.8), well.curvature(0.7)], [0.0, 0.0]);
-    }
-}

@@ -19,11 +19,12 @@ use std::path::Path;
 
 use super::barrier::Barrier;
 use super::distance_potential::DistancePotential;
-use super::touching::{self, Contact, Weights};
+use super::touching::{self, ContactPair, Weights};
 use super::{EDGE_REACH_RATIO, TOUCHING_DISTANCE, halves, sums};
 use crate::Vec3;
 use crate::effects::{
-    BlockMatrix, Coupling, EffectContext, EffectError, Energy, HessianPart, RampFactor, Touching,
+    BlockMatrix, Contact, Coupling, EffectContext, EffectError, Energy, HessianPart, Interaction,
+    RampFactor, Reads, Touching,
 };
 use crate::geometry::proximity::{PairKind, Proximity, Reach, at};
 use crate::geometry::{Crossings, Shape};
@@ -79,7 +80,7 @@ impl MeshBody {
     }
 
     /// All contacts at `shape`.
-    fn contacts(&self, shape: &Shape<'_>, work: &mut MeshWork) -> Vec<Contact> {
+    fn contacts(&self, shape: &Shape<'_>, work: &mut MeshWork) -> Vec<ContactPair> {
         let weights = Weights {
             potential: DistancePotential::Barrier(self.barrier),
             vertex: &self.vertex,
@@ -169,11 +170,11 @@ impl Energy for MeshBody {
     }
 
     fn coupling(&self) -> Coupling {
-        Coupling { limits_steps: true, ..Coupling::ONE_RING }
+        Coupling::ONE_RING
     }
 
-    fn depends_on_time(&self) -> bool {
-        self.factor.changes() && self.displacement != Vec3::zeros()
+    fn reads(&self) -> Reads<'_> {
+        Reads::time(self.factor.changes() && self.displacement != Vec3::zeros())
     }
 
     fn evaluate(
@@ -195,6 +196,12 @@ impl Energy for MeshBody {
         let contacts = self.contacts(shape, work);
         sums::add_hessian(&contacts, &work.x, part, into);
     }
+}
+
+impl Contact for MeshBody {
+    fn interaction(&self) -> Interaction {
+        Interaction { limits_steps: true, touches: true, ..Interaction::default() }
+    }
 
     fn largest_step(&self, from: &Shape<'_>, work: &mut MeshWork, direction: &[Vec3]) -> f64 {
         self.free_share(from, work, direction.iter().copied(), Vec3::zeros())
@@ -209,10 +216,6 @@ impl Energy for MeshBody {
         let displacement = (self.factor.at(time) - self.factor.at(from.time)) * self.displacement;
         let direction = from.x.iter().zip(to).map(|(from, to)| to - from);
         self.free_share(from, work, direction, displacement) >= 1.0
-    }
-
-    fn is_contact(&self) -> bool {
-        true
     }
 
     fn touching(&self, shape: &Shape<'_>, work: &mut MeshWork) -> Touching {

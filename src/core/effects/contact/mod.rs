@@ -35,23 +35,23 @@ mod touching;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart, Material, Needs,
-    Pins, SeparatedStart, Touching,
+    Contact, Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart,
+    Interaction, Material, Needs, Pins, SeparatedStart, Touching,
 };
-use crate::Vec3;
 use crate::geometry::proximity::{PairKind, Proximity, Reach, at};
 use crate::geometry::{Conditions, CrossingPairs, Crossings, RestMetric, Shape, lumped_areas};
 use crate::linear::BlockMatrix;
 use crate::num::Short;
 use crate::num::checked::Positive;
-use crate::parallel;
 use crate::sheet::{Edge, Sheet};
-pub use adhesion::Adhesion;
+use crate::{Vec3, parallel};
 use barrier::Barrier;
 use distance_potential::DistancePotential;
-pub use obstacle::{Obstacle, ObstacleShape, Side};
 use separate::Start;
-use touching::{Contact, Weights};
+use touching::{ContactPair, Weights};
+
+pub use adhesion::Adhesion;
+pub use obstacle::{Obstacle, ObstacleShape, Side};
 
 /// The stiffness κ in units of Young's modulus, unless a scene says otherwise. Surfaces that push on one another with
 /// a hundredth of it are 0.94 of the reach apart.
@@ -102,7 +102,7 @@ impl EffectSpec for SelfContact {
             return Err(EffectError { key: "distance", message, help });
         }
         let contacts = Contacts::with_potential(context.sheet, DistancePotential::Barrier(barrier));
-        Ok(Effect::energy(Contacts { separate: self.separate, ..contacts }))
+        Ok(Effect::contact(Contacts { separate: self.separate, ..contacts }))
     }
 
     fn notes(&self, context: &EffectContext<'_>) -> Vec<String> {
@@ -195,7 +195,7 @@ impl Contacts {
     }
 
     /// All contacts at `shape`.
-    fn contacts(&self, shape: &Shape<'_>, work: &mut ContactWork) -> Vec<Contact> {
+    fn contacts(&self, shape: &Shape<'_>, work: &mut ContactWork) -> Vec<ContactPair> {
         let range = self.range(work, shape);
         let proximity = work.proximity(shape, self.potential.reach());
         let near = proximity.near(shape.sheet, shape.x, &range);
@@ -244,11 +244,11 @@ impl Energy for Contacts {
     type Work = ContactWork;
 
     fn name(&self) -> &'static str {
-        "contact"
+        if self.potential.is_barrier() { "contact" } else { "adhesion" }
     }
 
     fn coupling(&self) -> Coupling {
-        Coupling { pairs: true, limits_steps: true, ..Coupling::NONE }
+        Coupling::NONE
     }
 
     fn prepare(&self, _conditions: &Conditions<'_>, work: &mut ContactWork) {
@@ -273,6 +273,13 @@ impl Energy for Contacts {
     ) {
         sums::add_hessian(&self.contacts(shape, work), shape.x, part, into);
     }
+}
+
+impl Contact for Contacts {
+    fn interaction(&self) -> Interaction {
+        let barrier = self.potential.is_barrier();
+        Interaction { pairs: true, limits_steps: barrier, touches: barrier }
+    }
 
     fn pairs(&self, shape: &Shape<'_>, work: &mut ContactWork, pairs: &mut Vec<[u32; 2]>) {
         for contact in self.contacts(shape, work) {
@@ -290,10 +297,6 @@ impl Energy for Contacts {
             (from.x, direction),
             &range,
         )
-    }
-
-    fn is_contact(&self) -> bool {
-        true
     }
 
     fn touching(&self, shape: &Shape<'_>, work: &mut ContactWork) -> Touching {

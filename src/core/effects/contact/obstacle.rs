@@ -28,18 +28,17 @@ use serde::{Deserialize, Serialize};
 use super::barrier_of;
 use super::distance_potential::DistancePotential;
 use super::mesh::MeshBody;
-use crate::Vec3;
 use crate::effects::field::named;
 use crate::effects::{
-    Block, BlockMatrix, Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy,
-    HessianPart, Needs, Ramp, RampFactor, Touching,
+    Block, BlockMatrix, Contact, Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy,
+    HessianPart, Interaction, Needs, Ramp, RampFactor, Reads, Touching,
 };
 use crate::geometry::{Shape, lumped_areas};
 use crate::kinetics::breakpoints::TimeDependence;
 use crate::num::checked::{Finite, Positive};
 use crate::num::whole;
-use crate::parallel;
 use crate::sheet::Sheet;
+use crate::{Vec3, parallel};
 
 /// The share of the reach below which the barrier is a parabola.
 const PARABOLA_SHARE: f64 = 0.1;
@@ -156,11 +155,11 @@ impl EffectSpec for Obstacle {
             self.displacement.map_or(Vec3::zeros(), |d| Vec3::from(d.map(Finite::get)));
         Ok(match ObstacleDistance::new(&self.shape)? {
             ObstacleDistance::Mesh(file) => {
-                Effect::energy(MeshBody::read(file, context, barrier, (displacement, factor))?)
+                Effect::contact(MeshBody::read(file, context, barrier, (displacement, factor))?)
             }
             ObstacleDistance::Smooth(surface) => {
                 let area = lumped_areas(context.sheet);
-                Effect::energy(Body {
+                Effect::contact(Body {
                     surface,
                     potential: DistancePotential::Barrier(barrier),
                     displacement,
@@ -300,15 +299,15 @@ impl Energy for Body {
     type Work = ();
 
     fn name(&self) -> &'static str {
-        if self.is_contact() { "obstacle" } else { "adhesion" }
+        if self.potential.is_barrier() { "obstacle" } else { "adhesion" }
     }
 
     fn coupling(&self) -> Coupling {
         Coupling::NONE
     }
 
-    fn depends_on_time(&self) -> bool {
-        self.factor.changes() && self.displacement != Vec3::zeros()
+    fn reads(&self) -> Reads<'_> {
+        Reads::time(self.factor.changes() && self.displacement != Vec3::zeros())
     }
 
     fn evaluate(&self, shape: &Shape<'_>, (): &mut (), gradient: Option<&mut [Vec3]>) -> f64 {
@@ -347,9 +346,11 @@ impl Energy for Body {
             row.add(i, &(along * n * n.transpose() + across));
         });
     }
+}
 
-    fn is_contact(&self) -> bool {
-        matches!(self.potential, DistancePotential::Barrier(_))
+impl Contact for Body {
+    fn interaction(&self) -> Interaction {
+        Interaction { touches: self.potential.is_barrier(), ..Interaction::default() }
     }
 
     fn touching(&self, shape: &Shape<'_>, (): &mut ()) -> Touching {

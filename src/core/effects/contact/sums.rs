@@ -1,15 +1,14 @@
 //! Sums over contacts: forces and second derivatives of the vertices that move, which come first.
 
-use super::touching::Contact;
-use crate::Vec3;
+use super::touching::ContactPair;
 use crate::effects::{HessianPart, Touching};
 use crate::geometry::proximity::at;
 use crate::linear::{BlockMatrix, Stencils};
 use crate::num::index;
-use crate::parallel;
+use crate::{Vec3, parallel};
 
 /// The energy of `contacts`; their gradient is added to that of the vertices that move.
-pub(super) fn evaluate(contacts: &[Contact], gradient: Option<&mut [Vec3]>) -> f64 {
+pub(super) fn evaluate(contacts: &[ContactPair], gradient: Option<&mut [Vec3]>) -> f64 {
     if let Some(gradient) = gradient {
         for contact in contacts {
             let by = contact.gradient();
@@ -25,7 +24,7 @@ pub(super) fn evaluate(contacts: &[Contact], gradient: Option<&mut [Vec3]>) -> f
 
 /// Adds the second derivatives of `contacts` at `x`.
 pub(super) fn add_hessian(
-    contacts: &[Contact],
+    contacts: &[ContactPair],
     x: &[Vec3],
     part: HessianPart,
     into: &mut BlockMatrix,
@@ -35,13 +34,13 @@ pub(super) fn add_hessian(
     }
     let moving = index(into.pattern().rows());
     // Places of the corners that move, in the ascending order of their vertices.
-    let order = |contact: &Contact| {
+    let order = |contact: &ContactPair| {
         let moves = |k: &usize| contact.corners[*k] < moving;
         let mut places: Vec<usize> = contact.carriers().filter(moves).collect();
         places.sort_unstable_by_key(|k| contact.corners[*k]);
         places
     };
-    let vertices = |contact: &Contact| -> Vec<u32> {
+    let vertices = |contact: &ContactPair| -> Vec<u32> {
         order(contact).iter().map(|k| contact.corners[*k]).collect()
     };
     let stencils = Stencils::new(into.pattern(), contacts.iter().map(vertices));
@@ -57,7 +56,7 @@ pub(super) fn add_hessian(
 }
 
 /// How many they are, and their smallest distance.
-pub(super) fn touching(contacts: &[Contact]) -> Touching {
-    let gap = contacts.iter().map(Contact::distance).fold(f64::INFINITY, f64::min);
+pub(super) fn touching(contacts: &[ContactPair]) -> Touching {
+    let gap = contacts.iter().map(ContactPair::distance).fold(f64::INFINITY, f64::min);
     Touching { pairs: contacts.len(), gap }
 }

@@ -35,7 +35,7 @@ pub(super) struct Weights<'a> {
 
 /// Two features within their reach.
 #[derive(Debug, Clone)]
-pub(super) struct Contact {
+pub(super) struct ContactPair {
     pub(super) corners: [u32; 4],
     pub(super) nearest: Nearest,
     /// Area.
@@ -44,7 +44,7 @@ pub(super) struct Contact {
     mollifier: Option<Mollifier>,
 }
 
-impl Contact {
+impl ContactPair {
     /// Distance.
     pub(super) fn distance(&self) -> f64 {
         self.nearest.distance()
@@ -113,13 +113,13 @@ pub(super) fn contacts(
     (points, edges): (&[Pair], &[Pair]),
     x: &[Vec3],
     weights: &Weights<'_>,
-) -> Vec<Contact> {
+) -> Vec<ContactPair> {
     let groups: Vec<&[Pair]> = points.chunk_by(|a, b| a.features[0] == b.features[0]).collect();
-    let both = |mut a: Vec<Contact>, mut b: Vec<Contact>| {
+    let both = |mut a: Vec<ContactPair>, mut b: Vec<ContactPair>| {
         a.append(&mut b);
         a
     };
-    let blocks = |count: usize, one: &(dyn Fn(usize, &mut Vec<Contact>) + Sync)| {
+    let blocks = |count: usize, one: &(dyn Fn(usize, &mut Vec<ContactPair>) + Sync)| {
         let block = |b: usize| {
             let mut all = Vec::new();
             (b * BLOCK..((b + 1) * BLOCK).min(count)).for_each(|k| one(k, &mut all));
@@ -133,7 +133,7 @@ pub(super) fn contacts(
 }
 
 /// Adds the contacts of one vertex with triangles.
-fn of_vertex(pairs: &[Pair], x: &[Vec3], weights: &Weights<'_>, all: &mut Vec<Contact>) {
+fn of_vertex(pairs: &[Pair], x: &[Vec3], weights: &Weights<'_>, all: &mut Vec<ContactPair>) {
     let mut features = Features::default();
     for pair in pairs {
         let (nearest, between) = point_triangle(&at(x, &pair.corners));
@@ -143,7 +143,7 @@ fn of_vertex(pairs: &[Pair], x: &[Vec3], weights: &Weights<'_>, all: &mut Vec<Co
         if pair.reach < weights.potential.reach() {
             let weight = weights.vertex[pair.corners[0] as usize];
             let (corners, potential) = (pair.corners, weights.potential.of_neighbours(pair.reach));
-            all.extend(potential.map(|potential| Contact {
+            all.extend(potential.map(|potential| ContactPair {
                 corners,
                 nearest,
                 weight,
@@ -188,7 +188,7 @@ impl Features {
     }
 
     /// Adds what counts with them to `all`.
-    fn into_contacts(mut self, x: &[Vec3], weights: &Weights<'_>, all: &mut Vec<Contact>) {
+    fn into_contacts(mut self, x: &[Vec3], weights: &Weights<'_>, all: &mut Vec<ContactPair>) {
         if self.triangles.len() > 1 {
             self.count_shared(x);
         }
@@ -199,7 +199,7 @@ impl Features {
             if count != 0 && nearest.distance() < weights.potential.reach() {
                 let weight = f64::from(count) * weights.vertex[corners[0] as usize];
                 let potential = weights.potential;
-                all.push(Contact { corners, nearest, weight, potential, mollifier: None });
+                all.push(ContactPair { corners, nearest, weight, potential, mollifier: None });
             }
         }
     }
@@ -242,7 +242,7 @@ impl Features {
 }
 
 /// The contact of two edges, if there is one.
-fn of_edges(pair: &Pair, x: &[Vec3], weights: &Weights<'_>) -> Option<Contact> {
+fn of_edges(pair: &Pair, x: &[Vec3], weights: &Weights<'_>) -> Option<ContactPair> {
     debug_assert_eq!(pair.kind, PairKind::EdgeEdge);
     let place = at(x, &pair.corners);
     let nearest = edge_edge(&place);
@@ -252,7 +252,7 @@ fn of_edges(pair: &Pair, x: &[Vec3], weights: &Weights<'_>) -> Option<Contact> {
     let [e, f] = pair.features.map(|e| weights.edge[e as usize]);
     let potential = weights.potential.of_neighbours(pair.reach)?;
     let mollifier = Mollifier::new(&place, &at(weights.rest, &pair.corners));
-    Some(Contact {
+    Some(ContactPair {
         corners: pair.corners,
         nearest,
         weight: (e + f) / real(2),

@@ -22,15 +22,28 @@
 //! Source: Zakharov & Dasbiswas (2021), eq. for U_s; weight after Seung & Nelson,
 //! Phys. Rev. A 38 (1988) 1005, doi:10.1103/PhysRevA.38.1005. Not covered: ν ≠ 1/3.
 
-use super::StretchingWeight;
-use crate::Vec3;
-use crate::effects::{Coupling, Energy, HessianPart, MaterialField, Values};
+use serde::{Deserialize, Serialize};
+
+use crate::effects::{
+    Coupling, Energy, ForceScales, HessianPart, MaterialField, ParameterField, Values,
+};
 use crate::geometry::{Conditions, Shape};
 use crate::linear::{BlockMatrix, LazyStencils};
-use crate::parallel;
 use crate::parallel::element_blocks::{Corners, F64x4, Group, Kernel};
 use crate::parallel::simd::{Lanes, Lanes3, Simd};
 use crate::sheet::Edge;
+use crate::{Vec3, parallel};
+
+/// Weight `w_ij` of a bond.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StretchingWeight {
+    /// Optimal areas of the sharing triangles.
+    #[default]
+    OptimalArea,
+    /// 1, as printed in the paper.
+    Paper,
+}
 
 /// Bond stretching of one sheet.
 #[derive(Debug)]
@@ -189,12 +202,17 @@ impl Energy for BondStretching {
         });
     }
 
-    fn mixed_metric_derivatives(
+    fn mixed_derivatives(
         &self,
         shape: &Shape<'_>,
+        _: &Conditions<'_>,
         work: &mut Self::Work,
+        by: ParameterField,
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
+        if by != ParameterField::OptimalLength {
+            return;
+        }
         let sheet = shape.sheet;
         let triangles = sheet.triangle_edges();
         let (length, stiffness, modulus) = (shape.metric.length(), &work.stiffness, &self.modulus);
@@ -228,11 +246,11 @@ impl Energy for BondStretching {
     }
 
     /// Y·(edge length) for area weights, Y/(edge length) for the printed ones.
-    fn force_scale(&self, conditions: &Conditions<'_>) -> f64 {
-        let edge = conditions.metric.mean_edge();
-        match self.weight {
+    fn force_scales(&self, edge: f64) -> ForceScales {
+        let unit_strain = match self.weight {
             StretchingWeight::OptimalArea => self.modulus.mean() * edge,
             StretchingWeight::Paper => self.modulus.mean() / edge,
-        }
+        };
+        ForceScales { unit_strain, ..ForceScales::default() }
     }
 }

@@ -6,8 +6,8 @@
 mod bond;
 mod stvk;
 
-pub use bond::BondStretching;
-pub use stvk::StvkStretching;
+pub use bond::{BondStretching, StretchingWeight};
+pub use stvk::{StretchingModulus, StvkStretching};
 
 use serde::{Deserialize, Serialize};
 
@@ -112,27 +112,4 @@ pub enum StretchingModel {
     Bond,
     /// Constant-strain triangles of a Saint Venant-Kirchhoff material, any ν.
     Stvk,
-}
-
-/// Weight `w_ij` of a bond.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum StretchingWeight {
-    /// Optimal areas of the sharing triangles.
-    #[default]
-    OptimalArea,
-    /// 1, as printed in the paper.
-    Paper,
-}
-
-/// Two-dimensional Young's modulus `Y₂` of an StVK membrane.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum StretchingModulus {
-    /// `Y₂ = E h/(1-ν²)`, the paper's Y: agrees with the bonds at ν = 1/3.
-    #[default]
-    Paper,
-    /// `Y₂ = E h`: plane stress, a plate cut from a block of Young's modulus E.
-    #[serde(rename = "plate")]
-    PlaneStress,
 }

@@ -44,14 +44,15 @@
 //! `l/l̄ < 1/√3` in one direction), so nothing but the solver keeps a triangle from turning over.
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
-use super::StretchingModulus;
-use crate::Vec3;
 use crate::effects::element::{self, Element, Mesh};
-use crate::effects::{Coupling, Energy, HessianPart, MaterialField, Values};
+use crate::effects::{
+    Coupling, Energy, ForceScales, HessianPart, MaterialField, ParameterField, Values,
+};
 use crate::geometry::{Conditions, Shape};
 use crate::linear::{Block, BlockMatrix, LazyStencils};
-use crate::parallel;
+use crate::{Vec3, parallel};
 
 /// Least ratio of the principal values of the rest metric relative to the rest triangle: an optimal
 /// triangle is at most four times flatter than it. Jumps of Φ up to 1.5 within one triangle need
@@ -234,6 +235,18 @@ impl Principal {
     }
 }
 
+/// Two-dimensional Young's modulus `Y₂` of an StVK membrane.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StretchingModulus {
+    /// `Y₂ = E h/(1-ν²)`, the paper's Y: agrees with the bonds at ν = 1/3.
+    #[default]
+    Paper,
+    /// `Y₂ = E h`: plane stress, a plate cut from a block of Young's modulus E.
+    #[serde(rename = "plate")]
+    PlaneStress,
+}
+
 /// StVK stretching of one sheet.
 #[derive(Debug)]
 pub struct StvkStretching {
@@ -313,12 +326,17 @@ impl Energy for StvkStretching {
         element::add_hessian(&mesh, |t| &membrane[t], shape.x, part, &mut work.places, into);
     }
 
-    fn mixed_metric_derivatives(
+    fn mixed_derivatives(
         &self,
         shape: &Shape<'_>,
+        _: &Conditions<'_>,
         work: &mut Self::Work,
+        by: ParameterField,
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
+        if by != ParameterField::OptimalLength {
+            return;
+        }
         let (optimal, rest) = (shape.metric.length(), shape.metric.reference_length());
         for (t, membrane) in work.membrane.iter().enumerate() {
             let edges = shape.sheet.triangle_edges()[t].map(|e| e as usize);
@@ -338,7 +356,7 @@ impl Energy for StvkStretching {
         }
     }
 
-    fn force_scale(&self, conditions: &Conditions<'_>) -> f64 {
-        self.modulus.mean() * conditions.metric.mean_edge()
+    fn force_scales(&self, edge: f64) -> ForceScales {
+        ForceScales { unit_strain: self.modulus.mean() * edge, ..ForceScales::default() }
     }
 }

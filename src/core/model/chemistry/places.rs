@@ -1,34 +1,13 @@
 //! Where species live, and their values carried to vertices and edges.
 
+use std::sync::Arc;
+
 use super::{Chemistry, Surface};
 use crate::Vec3;
-use crate::geometry::FaceVertexAverage;
 use crate::kinetics::Location;
-use crate::parallel;
+use crate::model::counters::transport::SHAPE;
+use crate::model::parameters::{at_vertices, edge_means};
 use crate::sheet::Sheet;
-
-/// Values at vertices, of values where species live.
-pub(in crate::model) fn at_vertices(
-    sheet: &Sheet,
-    average: Option<&FaceVertexAverage>,
-    values: &[f64],
-) -> Vec<f64> {
-    let Some(average) = average else { return values.to_vec() };
-    let mut out = vec![0.0; sheet.vertex_count()];
-    average.apply(sheet, values, &mut out);
-    out
-}
-
-/// Means of the two ends of every edge.
-pub(in crate::model) fn edge_means(sheet: &Sheet, at_vertices: &[f64]) -> Vec<f64> {
-    let edges = sheet.edges();
-    let mut mean = vec![0.0; edges.len()];
-    parallel::fill(&mut mean, |e| {
-        let [a, b] = edges[e].vertices;
-        0.5 * (at_vertices[a as usize] + at_vertices[b as usize])
-    });
-    mean
-}
 
 impl Chemistry {
     /// How many points carry species.
@@ -85,5 +64,26 @@ impl Chemistry {
                 }
             }
         }
+    }
+}
+
+impl Chemistry {
+    /// Evaluates the transports on the shape `x`.
+    pub fn transport(&self, sheet: &Sheet, x: &[Vec3], surface: &mut Surface) {
+        surface.operators.truncate(self.transports.len());
+        let mut made = 0;
+        for (k, term) in self.transports.iter().enumerate() {
+            // That of an earlier one.
+            if self.which[k] < made {
+                continue;
+            }
+            let _scope = self.transport_scope(k, SHAPE);
+            match surface.operators.get_mut(made) {
+                Some(operator) => term.assemble(sheet, x, operator),
+                None => surface.operators.push(term.at(sheet, x)),
+            }
+            made += 1;
+        }
+        surface.which = Arc::clone(&self.which);
     }
 }

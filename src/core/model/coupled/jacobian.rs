@@ -24,15 +24,15 @@ use std::ops::Range;
 use super::super::counters;
 use super::super::counters::transport::{DERIVATIVES, MATRIX};
 use super::Layout;
-use crate::Vec3;
 use crate::effects::HessianPart;
 use crate::kinetics::field::Columns;
 use crate::linear::{Assembly, BlockMatrix, Entries, Part, Sparse, SumOfProduct};
 use crate::model::{
-    Chemistry, Derivatives, HeldValues, Model, ModelError, Potential, SignalColumns, State, Surface,
+    Chemistry, HeldValues, Model, ModelError, Potential, SignalColumns, State, Surface,
 };
-
-use intermediates::{factor_slopes, intermediates_by_unknowns, residual_by_intermediates};
+use intermediates::{
+    BySignals, Values, add_vector, intermediates_by_unknowns, residual_by_intermediates,
+};
 
 /// Vertices, or points of the chemistry, whose entries one thread names at a time.
 const CHUNK_POINTS: usize = 2048;
@@ -66,57 +66,6 @@ pub(super) struct Inputs<'a> {
     pub potential: Option<&'a mut Potential>,
     pub surface: &'a Surface,
     pub signals: &'a SignalColumns,
-}
-
-/// Everything at one state.
-struct Values<'a> {
-    layout: &'a Layout,
-    state: &'a State,
-    surface: &'a Surface,
-    hessian: Option<&'a BlockMatrix>,
-    /// The laws, where species are unknowns, with ∂R/∂(species, signals).
-    chemistry: Option<(&'a Chemistry, Columns)>,
-    /// ∂Φ/∂c at the edges, times the factor of other growth.
-    factor_slopes: Option<Vec<Vec<f64>>>,
-    /// ∂C₀/∂c at the vertices.
-    curvature_slopes: Option<Vec<Vec<f64>>>,
-    /// Numbers of the species that energies read.
-    read: &'a [usize],
-}
-
-impl<'a> Values<'a> {
-    /// All but the Hessian. Lengths that nothing feels need no derivatives.
-    fn of(
-        model: &'a Model,
-        (layout, state): (&'a Layout, &'a State),
-        (surface, signals): (&'a Surface, &SignalColumns),
-        feels_lengths: impl FnOnce(&Chemistry) -> bool,
-    ) -> Result<Self, ModelError> {
-        let mut at = Self {
-            layout,
-            state,
-            surface,
-            hessian: None,
-            chemistry: None,
-            factor_slopes: None,
-            curvature_slopes: None,
-            read: &[],
-        };
-        let Some(chemistry) = model.chemistry().filter(|_| layout.species() > 0) else {
-            return Ok(at);
-        };
-        let c: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
-        at.chemistry = Some((chemistry, chemistry.reaction_partials(&c, signals)?));
-        if feels_lengths(chemistry) {
-            at.factor_slopes = factor_slopes(model, chemistry, surface, state)?;
-        }
-        if layout.mechanical() > 0 {
-            let (sheet, species) = (model.sheet(), &state.species);
-            at.curvature_slopes = chemistry.curvature_slopes(sheet, surface, species)?;
-            at.read = model.mechanics().species();
-        }
-        Ok(at)
-    }
 }
 
 impl Sums {
@@ -334,54 +283,5 @@ fn others(
     {
         let mut sink = BySignals { layout, partials, inputs, held, entries, lengths: false };
         chemistry.signals().derivatives(&potential.shape(&at.state.x), &mut sink);
-    }
-}
-
-fn add_vector(layout: &Layout, entries: &mut Entries<'_>, row: usize, vertex: usize, by: Vec3) {
-    for axis in 0..3 {
-        if let Some(column) = layout.displacement(vertex, axis) {
-            entries.add(row, column, by[axis]);
-        }
-    }
-}
-
-/// Turns derivatives of signals into those of the rates.
-struct BySignals<'a, 'b, 'c> {
-    layout: &'a Layout,
-    partials: &'a Columns,
-    inputs: usize,
-    held: &'a HeldValues,
-    entries: &'b mut Entries<'c>,
-    /// Whether derivatives by lengths are wanted, or those by positions.
-    lengths: bool,
-}
-
-impl<'a> BySignals<'a, '_, '_> {
-    /// The rows of the rates at `point`, but for those that are held, and their derivatives by a signal there.
-    fn rates(&self, column: usize, point: usize) -> impl Iterator<Item = (usize, f64)> + use<'a> {
-        let Self { layout, partials, inputs, held, .. } = *self;
-        let free = (0..layout.species()).filter(move |&s| !held.holds(s, point));
-        free.map(move |s| {
-            let entry = s * inputs + layout.species() + column;
-            (layout.concentration(s, point), partials.column(entry)[point])
-        })
-    }
-}
-
-impl Derivatives for BySignals<'_, '_, '_> {
-    fn by_position(&mut self, column: usize, point: usize, vertex: usize, value: Vec3) {
-        if !self.lengths {
-            for (row, slope) in self.rates(column, point) {
-                add_vector(self.layout, self.entries, row, vertex, slope * value);
-            }
-        }
-    }
-
-    fn by_length(&mut self, column: usize, point: usize, edge: usize, value: f64) {
-        if self.lengths {
-            for (row, slope) in self.rates(column, point) {
-                self.entries.add(row, edge, slope * value);
-            }
-        }
     }
 }

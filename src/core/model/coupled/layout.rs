@@ -4,12 +4,20 @@ use std::borrow::Cow;
 
 use super::super::rigid::{minimal_pins, unhindered_at_rest};
 use super::super::{Mechanics, Model, State};
-use super::Part;
 use crate::Vec3;
 use crate::num::index;
 
 /// Stands for a direction that is fixed.
 const NO_UNKNOWN: u32 = u32::MAX;
+
+/// What of the model moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// All of it.
+    Whole,
+    /// The species, on a fixed surface; signals go along a course.
+    Chemistry,
+}
 
 /// Places of displacements and species among the unknowns.
 #[derive(Debug, Clone, PartialEq, Eq)]

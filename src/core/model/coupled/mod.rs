@@ -13,7 +13,7 @@
 mod jacobian;
 mod layout;
 
-pub use layout::Layout;
+pub use layout::{Layout, Part};
 
 use std::sync::Arc;
 
@@ -25,15 +25,6 @@ use jacobian::{Inputs, Jacobian};
 
 /// Species are far out of their range by this share of their size and typical magnitude.
 const OUT_OF_RANGE_SHARE: f64 = 0.1;
-
-/// What of the model moves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
-    /// All of it.
-    Whole,
-    /// The species, on a fixed surface; signals go along a course.
-    Chemistry,
-}
 
 /// F, its derivatives and M of a [`Model`], or of a part of it.
 pub struct Coupled {

@@ -1,18 +1,11 @@
 //! Under which conditions energies are: optimal lengths, what laws and internal variables give, species, time; and how the
 //! forces change with them.
 
-use super::{Mechanics, Potential};
+use super::Potential;
 use crate::Vec3;
+use crate::effects::ParameterField;
 use crate::geometry::{Conditions, Shape};
 use crate::model::counters::energy;
-
-/// Zeros for the species that energies read.
-pub(super) fn zero_species(mechanics: &Mechanics) -> Vec<Vec<f64>> {
-    let read = mechanics.species();
-    let count = read.iter().max().map_or(0, |last| last + 1);
-    let vertices = |s: usize| if read.contains(&s) { mechanics.sheet().vertex_count() } else { 0 };
-    (0..count).map(|s| vec![0.0; vertices(s)]).collect()
-}
 
 impl Potential {
     /// Brings it under the length factor Φ of every edge.
@@ -69,56 +62,35 @@ impl Potential {
         let (internal, species) = (&self.internal, &self.species);
         let conditions = Conditions { sheet, metric, time, internal, species };
         self.stale = false;
-        self.force_scale = 0.0;
         let meters = self.mechanics.meters();
         for ((term, work), meter) in self.mechanics.terms().iter().zip(&mut self.work).zip(meters) {
             let _scope = meter.scope(energy::CONDITIONS);
-            term.prepare(&conditions, work);
-            self.force_scale = self.force_scale.max(term.force_scale(&conditions));
+            term.energy.prepare(&conditions, work);
         }
         for (term, work) in self.mechanics.constraints().iter().zip(&mut self.constraints.work) {
-            term.prepare(&conditions, work);
+            term.energy.prepare(&conditions, work);
         }
-        self.force_scale = sheet.reduction().largest_over_ranks(self.force_scale);
     }
 
-    /// Hands all `∂²U/∂x_i∂C₀_v` at `x` to `emit`, in an order that depends on the sheet alone.
-    pub fn mixed_curvature_derivatives(
+    /// Hands all `∂²U/∂x_i∂q_j` at `x` to `emit`, q the field `by`, in an order that depends on the sheet alone.
+    pub fn mixed_derivatives(
         &mut self,
         x: &[Vec3],
+        by: ParameterField,
         emit: &mut dyn FnMut(usize, usize, Vec3),
-    ) {
-        self.each(energy::LENGTHS, x, |_, term, work, shape| {
-            term.mixed_curvature_derivatives(shape, work, emit)
-        });
-    }
-
-    /// Hands all `∂²U/∂x_i∂l̄_e` at `x` to `emit`, in an order that depends on the sheet alone.
-    pub fn mixed_metric_derivatives(
-        &mut self,
-        x: &[Vec3],
-        emit: &mut dyn FnMut(usize, usize, Vec3),
-    ) {
-        self.each(energy::LENGTHS, x, |_, term, work, shape| {
-            term.mixed_metric_derivatives(shape, work, emit)
-        });
-    }
-
-    /// Hands all `∂²U/∂x_i∂c_v` of the species that energies read at `x` to `emit`, in an order that depends on the sheet
-    /// alone.
-    pub fn mixed_species_derivatives(
-        &mut self,
-        x: &[Vec3],
-        emit: &mut dyn FnMut(usize, (usize, usize), Vec3),
     ) {
         let Self { mechanics, metric, time, internal, species, work, .. } = self;
         let (sheet, time) = (mechanics.sheet(), *time);
         let conditions = Conditions { sheet, metric, time, internal, species };
         let shape = Shape { sheet, metric, time, x };
-        let terms = mechanics.terms().iter().zip(work).zip(mechanics.meters());
-        for ((term, work), meter) in terms.filter(|((term, _), _)| !term.species().is_empty()) {
-            let _scope = meter.scope(energy::SPECIES);
-            term.mixed_species_derivatives(&shape, &conditions, work, emit);
+        for ((term, work), meter) in mechanics.terms().iter().zip(work).zip(mechanics.meters()) {
+            let what = match by {
+                ParameterField::Species(s) if !term.reads().species.contains(&s) => continue,
+                ParameterField::Species(_) => energy::SPECIES,
+                _ => energy::LENGTHS,
+            };
+            let _scope = meter.scope(what);
+            term.energy.mixed_derivatives(&shape, &conditions, work, by, emit);
         }
     }
 }

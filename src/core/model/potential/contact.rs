@@ -3,17 +3,39 @@
 use std::sync::Arc;
 
 use super::{Potential, energy};
-use crate::Vec3;
-use crate::effects::{EnergyTerm, SeparatedStart, Touching};
+use crate::effects::{AnyContact, Interaction, SeparatedStart, Touching, Work};
 use crate::geometry::{Face, Shape, sum_at_corners};
-use crate::parallel;
+use crate::{Vec3, parallel};
+
+/// What of a contact is counted, and the interactions of which it is asked.
+type Asked = (usize, fn(Interaction) -> bool);
+
+const LIMITS_STEPS: Asked = (energy::STEPS, |does| does.limits_steps);
 
 impl Potential {
+    /// Calls `f` with every contact of which `asked` is true, its memory and the shape at `x`.
+    pub(super) fn each_contact(
+        &mut self,
+        (what, asked): Asked,
+        x: &[Vec3],
+        mut f: impl FnMut(usize, &dyn AnyContact, &mut Work, &Shape<'_>),
+    ) {
+        let Self { mechanics, metric, time, work, .. } = self;
+        let shape = Shape { sheet: mechanics.sheet(), metric, time: *time, x };
+        for (k, (term, work)) in mechanics.terms().iter().zip(work).enumerate() {
+            if let Some(contact) = term.answering(asked) {
+                let _scope = mechanics.meters()[k].scope(what);
+                f(k, contact, work, &shape);
+            }
+        }
+    }
+
     /// What touches at `x` by effect number `which`.
     pub fn touching(&mut self, which: usize, x: &[Vec3]) -> Option<Touching> {
         let Self { mechanics, metric, time, work, .. } = self;
         let shape = Shape { sheet: mechanics.sheet(), metric, time: *time, x };
-        Some(mechanics.terms().get(which)?.touching(&shape, work.get_mut(which)?))
+        let contact = mechanics.terms().get(which)?.answering(|does| does.touches)?;
+        Some(contact.touching(&shape, work.get_mut(which)?))
     }
 
     /// The force per current area of the vertices that effects of contact exert at `x`.
@@ -36,19 +58,34 @@ impl Potential {
     pub(crate) fn allows_path(&mut self, (from, since): (&[Vec3], f64), to: &[Vec3]) -> bool {
         let Self { mechanics, metric, time, work, .. } = self;
         let shape = Shape { sheet: mechanics.sheet(), metric, time: since, x: from };
-        let moves = |term: &EnergyTerm| term.coupling().limits_steps && term.depends_on_time();
-        let mut terms = mechanics.terms().iter().zip(work).enumerate();
-        terms.all(|(k, (term, work))| {
-            let _scope = moves(term).then(|| mechanics.meters()[k].scope(energy::STEPS));
-            !moves(term) || term.allows_path(&shape, work, (to, *time))
+        let terms = mechanics.terms().iter().zip(work).zip(mechanics.meters());
+        let mut moving = terms.filter(|((term, _), _)| term.reads().time);
+        moving.all(|((term, work), meter)| {
+            let Some(contact) = term.answering(LIMITS_STEPS.1) else { return true };
+            let _scope = meter.scope(energy::STEPS);
+            contact.allows_path(&shape, work, (to, *time))
         })
+    }
+
+    /// The largest fraction of the step `direction` from `x` that all effects allow, up to 1.
+    pub fn largest_step(&mut self, x: &[Vec3], direction: &[Vec3]) -> f64 {
+        let mut share = 1.0f64;
+        if !self.mechanics.limits_steps() {
+            return share;
+        }
+        self.each_contact(LIMITS_STEPS, x, |_, term, work, shape| {
+            share = share.min(term.largest_step(shape, work, direction));
+        });
+        let mut blocked = [-share];
+        self.reduction().max_over_ranks(&mut blocked);
+        -blocked[0]
     }
 
     /// A start near `x` that effects were asked to make of one that they refuse.
     pub fn separate(&mut self, x: &[Vec3]) -> Option<SeparatedStart> {
         let mechanics = Arc::clone(&self.mechanics);
         let mut first = None;
-        self.each(energy::STEPS, x, |_, term, work, shape| {
+        self.each_contact(LIMITS_STEPS, x, |_, term, work, shape| {
             first = first.take().or_else(|| term.separate(shape, work, mechanics.pins()));
         });
         first
@@ -57,11 +94,9 @@ impl Potential {
     /// The first effect that cannot begin with `x`, and why.
     pub fn refusal(&mut self, x: &[Vec3]) -> Option<(String, String)> {
         let mut first = None;
-        if self.mechanics.limits_steps() {
-            self.each(energy::STEPS, x, |k, term, work, shape| {
-                first = first.take().or_else(|| Some((k, term.refusal(shape, work)?)));
-            });
-        }
+        self.each_contact(LIMITS_STEPS, x, |k, term, work, shape| {
+            first = first.take().or_else(|| Some((k, term.refusal(shape, work)?)));
+        });
         let (k, why) = first?;
         Some((self.mechanics.names().nth(k)?.to_owned(), why))
     }

@@ -31,6 +31,7 @@ use std::ops::Range;
 use super::special::{Step, zero};
 use super::system::{Equilibrium, System};
 use super::{Block, Continuation, CriticalMode, Event, Point, SolveError, Unknowns};
+use crate::solve::continuation::branch::MAX_LOCATED;
 
 /// An eigenvalue below this share of its change over the step is 0: that is the error of λ in units of the step.
 const ZERO_EIGENVALUE_SHARE: f64 = 1e-5;
@@ -39,9 +40,6 @@ const MAX_ZERO_RESIDUAL: f64 = 1e-3;
 /// Bifurcations nearer to one another than this share of a step are one; and an eigenvalue of H below this share of its change
 /// is 0 where ∂g/∂u is singular.
 const COINCIDENCE_SHARE: f64 = 1e-3;
-/// Most bifurcations that are located one by one in one step; more are one, at the place of the first. Each costs some
-/// ten spectra.
-pub(super) const MAX_LOCATED: usize = 2;
 
 /// A change of sign that is looked for.
 struct Sought {

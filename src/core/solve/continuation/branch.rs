@@ -1,6 +1,5 @@
 //! A branch that is being followed: its steps, its end, and the way to another one.
 
-use super::bifurcations::MAX_LOCATED;
 use super::corrector::{Condition, Corrector, CorrectorOutcome};
 use super::metric::Metric;
 use super::system::{Equilibrium, System};
@@ -17,6 +16,10 @@ const MIN_TANGENT_COSINE: f64 = 0.5;
 /// Steps over more bifurcations than are located one by one are halved down to this share of the longest step: those
 /// that are nearer to one another count as one. A smaller share tells more of them apart and costs a corrector each time.
 const MIN_HALVED_STEP: f64 = 1e-3;
+
+/// Most bifurcations that are located one by one in one step; more are one, at the place of the first. Each costs some
+/// ten spectra.
+pub(super) const MAX_LOCATED: usize = 2;
 
 /// A branch that is being followed.
 pub struct Continuation<S: System> {

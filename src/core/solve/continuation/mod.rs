@@ -40,16 +40,17 @@ mod unknowns;
 
 use std::ops::RangeInclusive;
 
+use super::SolveError;
+use super::stability::Mode;
+use crate::effects::{EnergyTerm, Interaction};
+use crate::geometry;
+use crate::model::{Mechanics, Potential};
+
 pub use self::branch::Continuation;
 pub use self::elastic::Elastic;
 pub use self::reacting::{Reacting, ReactingFamily, imbalance};
 pub use self::system::{Equilibrium, System};
 pub use self::unknowns::{Direction, Unknowns};
-use super::SolveError;
-use super::stability::Mode;
-use crate::effects::EnergyTerm;
-use crate::geometry;
-use crate::model::{Mechanics, Potential};
 
 /// The potentials U(x; λ) of one sheet: the same effects, fixed directions and vertices at every λ.
 pub trait Family {
@@ -228,10 +229,8 @@ pub fn check(mechanics: &Mechanics) -> Result<(), SolveError> {
     if let Some(name) = mechanics.constraint_names().next() {
         return refuse(name, "it is a constraint, whose multiplier is not an unknown of a branch");
     }
-    let pairs = |term: &EnergyTerm| {
-        term.coupling().pairs || term.coupling().limits_steps || term.is_contact()
-    };
-    match mechanics.terms().iter().position(pairs) {
+    let contact = |term: &EnergyTerm| term.interaction() != Interaction::default();
+    match mechanics.terms().iter().position(contact) {
         Some(k) => refuse(
             mechanics.names().nth(k).unwrap_or_default(),
             "what it couples changes with the shape, and branches have kinks there",

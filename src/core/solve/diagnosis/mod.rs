@@ -16,6 +16,7 @@ mod shape;
 use std::fmt;
 
 pub use chemistry::{explicit_limit, explicit_limit_message, ill_posed, runaway};
+pub(super) use shape::COLLAPSED;
 pub(crate) use shape::net_force;
 pub use shape::{blows_up, collapse, needle, relaxation, stretched, unbounded};
 

@@ -11,6 +11,9 @@ use crate::sheet::quality::triangle_quality;
 use crate::solve::error::LOOSEST_TOLERANCE;
 use crate::solve::{Result, Workspace};
 
+/// Quality below which a triangle counts as collapsed once the energy stops falling.
+pub(in crate::solve) const COLLAPSED: f64 = 1e-2;
+
 /// A triangle at rest that is longer than so many heights is to blame for what fails on it: relaxations
 /// succeed up to some 20 (`models/hard/cases.toml`).
 const NEEDLE_ASPECT_RATIO: f64 = 30.0;
@@ -263,8 +266,7 @@ fn held(potential: &Potential, x: &[Vec3], (residual, tolerance): (f64, f64)) ->
     let quality = |t: &[u32; 3]| triangle_quality(t.map(|v| x[v as usize]));
     let all = potential.sheet().triangles().iter().map(quality).enumerate();
     let (triangle, worst) = all.min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let nearly =
-        worst < crate::solve::equilibrium::COLLAPSED && residual <= NEAR_REST_RATIO * tolerance;
+    let nearly = worst < COLLAPSED && residual <= NEAR_REST_RATIO * tolerance;
     nearly.then(|| Diagnosis {
         reason: Reason::Tolerance,
         text: format!(

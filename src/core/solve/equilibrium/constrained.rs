@@ -14,9 +14,7 @@ use super::{Equilibrium, Goal, Relaxation};
 use crate::Vec3;
 use crate::model::Potential;
 use crate::solve::SolveError;
-
-/// Largest |g| of a constraint that is met.
-pub const CONSTRAINT_TOLERANCE: f64 = 1e-9;
+use crate::solve::equilibrium::CONSTRAINT_TOLERANCE;
 
 /// Rounds after which the constraints count as impossible.
 const MAX_ROUNDS: usize = 60;

@@ -21,10 +21,7 @@ mod spec;
 
 use std::sync::Arc;
 
-pub use spec::{Collapse, LbfgsSpec};
-
-use checkpoint::FactorSettings;
-use rollback::RollbackSnapshot;
+use serde::{Deserialize, Serialize};
 
 use super::super::counters::Linear;
 use super::gauge::Gauge;
@@ -34,7 +31,11 @@ use crate::Vec3;
 use crate::effects::HessianPart;
 use crate::linear::{BlockMatrix, LinearError};
 use crate::model::{Mechanics, Potential};
-use crate::solve::SolveError;
+use crate::record::Record;
+use crate::solve::equilibrium::{Equilibrium, ForceTolerance};
+use crate::solve::{EquilibriumSpec, SolveError};
+
+pub use spec::{Collapse, LbfgsSpec};
 
 /// Diagonal shift relative to the mean diagonal, for directions without any stiffness; small against the
 /// softest bending of the sheets in use. Rigid motions have the gauge.
@@ -48,6 +49,12 @@ const MORE_SHIFT: (f64, f64) = (1e-6, 100.0);
 /// A shift that was this large and gave no step is not enlarged any more.
 const MAX_SHIFT: f64 = 1.0;
 
+/// Iterations between two factorisations of small sheets far from rest, and otherwise. Over many
+/// iterations with one factor far from rest, differences in the last digit grow to other minima
+/// (`docs/notebook/sensitivity.md`); a fresh one every five needs fewer iterations and no more time where a
+/// factor is cheap. Near rest it is the memory that finds what is soft, and a fresh factor empties it.
+pub(super) const REFRESH_INTERVALS: (usize, usize) = (5, 15);
+
 /// Whether there is a factor, and how it is made and kept.
 #[derive(Debug, Clone, Copy)]
 struct FactorState {
@@ -58,6 +65,23 @@ struct FactorState {
     shift: f64,
     /// Iterations after which it is renewed.
     refresh: usize,
+}
+
+/// How the factor was made, besides its matrix.
+#[derive(Debug, Default, Clone, Serialize, Deserialize)]
+pub(super) struct FactorSettings {
+    /// At which shape; empty where only the matrix matters.
+    pub(super) x: Vec<Vec3>,
+    /// Whether it was to succeed at some expense.
+    pub(super) insist: bool,
+}
+
+/// Where a step began.
+#[derive(Debug)]
+pub(super) struct RollbackSnapshot {
+    factor: FactorState,
+    /// All of it; where steps teach nothing, only once the factor goes.
+    record: Option<Record>,
 }
 
 /// Preconditioned L-BFGS for one sheet.
@@ -104,7 +128,7 @@ impl Lbfgs {
                 ready: false,
                 weight: 0.0,
                 shift: DIAGONAL_SHIFT,
-                refresh: iteration::REFRESH_INTERVALS.1,
+                refresh: REFRESH_INTERVALS.1,
             },
             made: FactorSettings::default(),
             of_the_moment: false,
@@ -257,3 +281,32 @@ impl Lbfgs {
         self.fixed.is_empty() && affordable
     }
 }
+
+#[typetag::serialize(name = "lbfgs")]
+impl EquilibriumSpec for LbfgsSpec {
+    fn name(&self) -> String {
+        format!("L-BFGS, preconditioned by {}", self.preconditioner.describe())
+    }
+
+    fn tolerance(&self) -> ForceTolerance {
+        self.tolerance
+    }
+
+    fn max_iterations(&self) -> usize {
+        self.max_iterations.get()
+    }
+
+    fn linear_systems(&self, mechanics: &Mechanics, moving: bool) -> Vec<String> {
+        self.preconditioner.choice_lines(self.precision, mechanics.sheet().vertex_count(), moving)
+    }
+
+    fn supports_ranks(&self) -> bool {
+        self.preconditioner != Preconditioner::Multigrid && self.collapse.is_none()
+    }
+
+    fn build(&self, mechanics: &Mechanics) -> Result<Box<dyn Equilibrium>, SolveError> {
+        Ok(Box::new(Lbfgs::new(mechanics, *self)?))
+    }
+}
+
+crate::register_kind!(dyn EquilibriumSpec, "lbfgs", LbfgsSpec);

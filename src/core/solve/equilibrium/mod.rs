@@ -15,7 +15,7 @@ mod newton;
 mod preconditioner;
 mod stop;
 
-pub use constrained::{CONSTRAINT_TOLERANCE, relax};
+pub use constrained::relax;
 pub use descent::{Descent, DescentSpec};
 pub(super) use displacement_loading::{MIN_AREA_SHARE, load_incrementally};
 pub use force_tolerance::{FELT_LOAD_RATIO, ForceTolerance, largest_load};
@@ -23,15 +23,16 @@ pub(in crate::solve) use gauge::Gauge;
 pub use lbfgs::{Collapse, Lbfgs, LbfgsSpec};
 pub use newton::{Newton, NewtonSpec};
 pub use preconditioner::{FactorPrecision, Preconditioner};
-pub(super) use stop::COLLAPSED;
 pub use stop::explained;
 
-use super::EquilibriumSpec;
 use crate::Vec3;
 use crate::model::{Mechanics, Potential};
 use crate::record::{Malformed, Record};
 use crate::reduction::Reduction;
-use crate::solve::SolveError;
+use crate::solve::{Result, SolveError};
+
+/// Largest |g| of a constraint that is met.
+pub const CONSTRAINT_TOLERANCE: f64 = 1e-9;
 
 /// Round-off of a distance, relative to it.
 const ROUND_OFF: f64 = 1e-9;
@@ -234,3 +235,35 @@ impl Method {
         self.0.build(mechanics)
     }
 }
+
+/// A way to find mechanical equilibrium as a scene names it.
+#[typetag::serialize(tag = "method")]
+pub trait EquilibriumSpec: std::fmt::Debug + Send + Sync {
+    /// What the method is called in results.
+    fn name(&self) -> String;
+
+    /// Largest force on a vertex that counts as rest.
+    fn tolerance(&self) -> ForceTolerance;
+
+    /// Iterations after which a relaxation has failed.
+    fn max_iterations(&self) -> usize;
+
+    /// The linear systems that it solves for the effects of a sheet, which moves under drag or not, and why
+    /// so, for people: one line each. None for a method without.
+    fn linear_systems(&self, _mechanics: &Mechanics, _moving: bool) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Whether it relaxes a sheet that is spread over ranks.
+    fn supports_ranks(&self) -> bool {
+        false
+    }
+
+    /// Makes it ready for the effects of a sheet.
+    ///
+    /// # Errors
+    /// If the sheet is too large for it.
+    fn build(&self, mechanics: &Mechanics) -> Result<Box<dyn Equilibrium>>;
+}
+
+crate::family!(dyn EquilibriumSpec, "equilibrium method", "method");

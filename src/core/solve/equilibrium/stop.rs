@@ -4,10 +4,8 @@ use super::{Goal, Relaxation};
 use crate::Vec3;
 use crate::model::Potential;
 use crate::sheet::quality::triangle_quality;
-use crate::solve::{SolveError, diagnosis};
-
-/// Quality below which a triangle counts as collapsed once the energy stops falling.
-pub(in crate::solve) const COLLAPSED: f64 = 1e-2;
+use crate::solve::SolveError;
+use crate::solve::diagnosis::{self, COLLAPSED};
 
 /// Forces below this share of the tolerance are as good as none, whatever they leave of soft modes.
 pub(super) const FORCE_FLOOR: f64 = 1e-4;

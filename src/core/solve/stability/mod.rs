@@ -41,6 +41,7 @@ use crate::linear::{BlockLdlt, BlockMatrix, LinearError, LinearSolver};
 use crate::model::{Mechanics, Potential};
 use crate::num::real;
 use crate::reduction::Reduction;
+use crate::solve::stability::restricted::product;
 use crate::tally::Tally;
 
 /// Resolution relative to the mean diagonal of H over M. Factors leave errors of some 10⁻¹⁵; the
@@ -256,22 +257,6 @@ fn count(
     Err(SolveError::Linear(LinearError::new(
         "the factor of the indefinite Hessian is dominated by round-off",
     )))
-}
-
-/// `H v` for the stored upper half of H.
-fn product(matrix: &BlockMatrix, v: &[Vec3]) -> Vec<Vec3> {
-    let mut out = vec![Vec3::zeros(); v.len()];
-    for i in 0..v.len() {
-        let columns = matrix.pattern().row(i);
-        for (block, &j) in matrix.row(i).zip(columns) {
-            let j = j as usize;
-            out[i] += block * v[j];
-            if j != i {
-                out[j] += block.tr_mul(&v[i]);
-            }
-        }
-    }
-    out
 }
 
 /// Scales the largest displacement to 1 and makes its largest component positive.

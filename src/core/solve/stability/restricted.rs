@@ -15,7 +15,6 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::super::low_rank::LowRankUpdate;
-use super::product;
 use crate::Vec3;
 use crate::effects::RankOneTerm;
 use crate::linear::{BlockMatrix, LinearError, LinearSolver};
@@ -183,4 +182,20 @@ impl<'a> Restricted<'a> {
     pub(super) fn rigid(&self) -> &[Vec<Vec3>] {
         &self.rigid
     }
+}
+
+/// `H v` for the stored upper half of H.
+pub(super) fn product(matrix: &BlockMatrix, v: &[Vec3]) -> Vec<Vec3> {
+    let mut out = vec![Vec3::zeros(); v.len()];
+    for i in 0..v.len() {
+        let columns = matrix.pattern().row(i);
+        for (block, &j) in matrix.row(i).zip(columns) {
+            let j = j as usize;
+            out[i] += block * v[j];
+            if j != i {
+                out[j] += block.tr_mul(&v[i]);
+            }
+        }
+    }
+    out
 }

@@ -9,10 +9,8 @@
 //!
 //! nor does the limit of vanishing drag. A shape that a minimisation has found is moved rigidly to where this holds.
 
-use super::super::Result;
-use super::Workspace;
 use crate::Vec3;
-use crate::model::{Anchor, Drag, Potential, State, align, floats};
+use crate::model::{Anchor, Drag, Potential, align, floats};
 
 /// Whether the sheet floats in this step, once that is known.
 #[derive(Default)]
@@ -48,22 +46,5 @@ impl Floating {
             let apply = |i: usize, v| weights.apply(i, v);
             align(x, &about, apply, potential.pins(), potential.reduction());
         }
-    }
-}
-
-impl Workspace {
-    /// Moves the shape of `state`, a minimum, rigidly to where it has no net motion from `about`; nothing unless the sheet
-    /// floats.
-    ///
-    /// # Errors
-    /// If the model has no value there.
-    pub(in crate::solve) fn align(&mut self, state: &mut State, about: &[Vec3]) -> Result<()> {
-        let tolerance = self.force_tolerance();
-        let Self { model, memory, floating, .. } = self;
-        let mut x = state.x.to_vec();
-        let mut at = model.at(state, memory);
-        floating.settle(at.potential()?, (&mut x, about), None, (model.drag(), tolerance));
-        state.x = x.into();
-        Ok(())
     }
 }

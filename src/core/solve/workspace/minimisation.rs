@@ -235,7 +235,7 @@ fn pull(potential: &mut Potential, mut anchor: Anchor, x: &[Vec3]) -> f64 {
 /// The vertex of the shape `x` that an obstacle which moves presses most, if pins hold it against most of that force.
 fn pinned_in_the_way(potential: &mut Potential, x: &[Vec3]) -> Option<usize> {
     let mechanics = Arc::clone(potential.mechanics());
-    let moving = |k: &usize| mechanics.terms()[*k].depends_on_time();
+    let moving = |k: &usize| mechanics.terms()[*k].reads().time;
     let pressed = mechanics.contacts().filter(moving).filter_map(|k| {
         let force = potential.force_of(k, x).into_iter().enumerate();
         force.max_by(|a, b| a.1.norm_squared().total_cmp(&b.1.norm_squared()))
@@ -302,4 +302,21 @@ fn scaled(potential: &Potential, x: &[Vec3]) -> Option<Vec<Vec3>> {
     }
     let centre = mean(x, reduction);
     Some(x.iter().map(|x| centre + factor * (x - centre)).collect())
+}
+
+impl Workspace {
+    /// Moves the shape of `state`, a minimum, rigidly to where it has no net motion from `about`; nothing unless the sheet
+    /// floats.
+    ///
+    /// # Errors
+    /// If the model has no value there.
+    pub(in crate::solve) fn align(&mut self, state: &mut State, about: &[Vec3]) -> Result<()> {
+        let tolerance = self.force_tolerance();
+        let Self { model, memory, floating, .. } = self;
+        let mut x = state.x.to_vec();
+        let mut at = model.at(state, memory);
+        floating.settle(at.potential()?, (&mut x, about), None, (model.drag(), tolerance));
+        state.x = x.into();
+        Ok(())
+    }
 }

@@ -312,10 +312,10 @@ impl CurvedRest {
     }
 
     /// Derivatives of the forces by optimal lengths, after [`CurvedRest::fill_derivatives`] at the shape.
-    pub(super) fn mixed_metric_derivatives(
+    pub(super) fn by_lengths(
         &self,
         bending: &MeyerBending,
-        shape: &Shape<'_>,
+        (shape, conditions): (&Shape<'_>, &Conditions<'_>),
         work: &mut MeyerWork,
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
@@ -323,10 +323,8 @@ impl CurvedRest {
         self.fill_derivatives(bending, shape, work);
         let MeyerWork { gathered, curved, .. } = work;
         let curved = curved.get_or_insert_default();
-        shaped.hinges.mixed_metric_derivatives(shape, &mut curved.hinge, emit);
+        shaped.hinges.by_lengths(shape, &mut curved.hinge, emit);
         let sheet = shape.sheet;
-        let (metric, time) = (shape.metric, shape.time);
-        let conditions = Conditions { sheet, metric, time, internal: &[], species: &[] };
         let (mut vertices, mut derivatives) = (Vec::new(), Vec::new());
         for i in 0..shape.x.len() {
             ring(sheet, i, &mut vertices);
@@ -337,7 +335,7 @@ impl CurvedRest {
             let area = gathered[i][3];
             let around = sheet.vertex_edges().of(i);
             let by_factor =
-                -curved.grown_reference[i] / (growth_at(&conditions, i) * real(around.len()));
+                -curved.grown_reference[i] / (growth_at(conditions, i) * real(around.len()));
             for (v, at) in vertices.iter().zip(&derivatives) {
                 let by_mean = -second.pull * at.area - second.stiffness * area * second.bent(at);
                 for &(e, _) in around {
@@ -352,7 +350,7 @@ impl CurvedRest {
 impl CurvedRest {
     /// `∂²U/∂x∂C₀ = B (C₀ ∂A - ∂p)` of the rings of interior vertices, `∂p = J + (a/(2A) - 2H⁰) ∂A` with the J of
     /// [`SecondFactors`].
-    pub(super) fn mixed_curvature_derivatives(
+    pub(super) fn by_curvature(
         &self,
         bending: &MeyerBending,
         shape: &Shape<'_>,

@@ -1,9 +1,13 @@
 //! What stands between chemistry and shape: `q = (l̄ of the edges, C₀ of the vertices, c̄ at the vertices)`.
 
-use super::{BySignals, Values, add_vector};
 use crate::Vec3;
-use crate::linear::Entries;
-use crate::model::{Chemistry, Model, ModelError, Potential, State, Surface};
+use crate::effects::ParameterField;
+use crate::kinetics::field::Columns;
+use crate::linear::{BlockMatrix, Entries};
+use crate::model::coupled::Layout;
+use crate::model::{
+    Chemistry, Derivatives, HeldValues, Model, ModelError, Potential, SignalColumns, State, Surface,
+};
 use crate::sheet::Sheet;
 
 impl Values<'_> {
@@ -59,22 +63,25 @@ pub(super) fn residual_by_intermediates(
         }
     };
     if at.curvature_slopes.is_some() {
-        potential.mixed_curvature_derivatives(&at.state.x, &mut |vertex, v, by| {
+        let by = ParameterField::SpontaneousCurvature;
+        potential.mixed_derivatives(&at.state.x, by, &mut |vertex, v, by| {
             add(vertex, curvatures + v, by);
         });
     }
-    if !at.read.is_empty() {
-        potential.mixed_species_derivatives(&at.state.x, &mut |vertex, (s, v), by| {
-            if let Some(k) = at.read.iter().position(|read| *read == s) {
+    for (k, s) in at.read.iter().enumerate() {
+        potential.mixed_derivatives(
+            &at.state.x,
+            ParameterField::Species(*s),
+            &mut |vertex, v, by| {
                 add(vertex, species + k * vertices + v, by);
-            }
-        });
+            },
+        );
     }
     if at.factor_slopes.is_none() {
         return;
     }
     if layout.mechanical() > 0 {
-        potential.mixed_metric_derivatives(&at.state.x, &mut add);
+        potential.mixed_derivatives(&at.state.x, ParameterField::OptimalLength, &mut add);
     }
     let Some((chemistry, partials)) = &at.chemistry else { return };
     let (inputs, held) = (chemistry.descriptor().inputs(), chemistry.held());
@@ -131,5 +138,111 @@ fn by_vertex(
         average.shape_derivatives(sheet, &at.state.x, c, vertex, |m, by| {
             add_vector(layout, entries, row, m, slope * by);
         });
+    }
+}
+
+/// Everything at one state.
+pub(super) struct Values<'a> {
+    pub(super) layout: &'a Layout,
+    pub(super) state: &'a State,
+    pub(super) surface: &'a Surface,
+    pub(super) hessian: Option<&'a BlockMatrix>,
+    /// The laws, where species are unknowns, with ∂R/∂(species, signals).
+    pub(super) chemistry: Option<(&'a Chemistry, Columns)>,
+    /// ∂Φ/∂c at the edges, times the factor of other growth.
+    pub(super) factor_slopes: Option<Vec<Vec<f64>>>,
+    /// ∂C₀/∂c at the vertices.
+    pub(super) curvature_slopes: Option<Vec<Vec<f64>>>,
+    /// Numbers of the species that energies read.
+    pub(super) read: &'a [usize],
+}
+
+impl<'a> Values<'a> {
+    /// All but the Hessian. Lengths that nothing feels need no derivatives.
+    pub(super) fn of(
+        model: &'a Model,
+        (layout, state): (&'a Layout, &'a State),
+        (surface, signals): (&'a Surface, &SignalColumns),
+        feels_lengths: impl FnOnce(&Chemistry) -> bool,
+    ) -> Result<Self, ModelError> {
+        let mut at = Self {
+            layout,
+            state,
+            surface,
+            hessian: None,
+            chemistry: None,
+            factor_slopes: None,
+            curvature_slopes: None,
+            read: &[],
+        };
+        let Some(chemistry) = model.chemistry().filter(|_| layout.species() > 0) else {
+            return Ok(at);
+        };
+        let c: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
+        at.chemistry = Some((chemistry, chemistry.reaction_partials(&c, signals)?));
+        if feels_lengths(chemistry) {
+            at.factor_slopes = factor_slopes(model, chemistry, surface, state)?;
+        }
+        if layout.mechanical() > 0 {
+            let (sheet, species) = (model.sheet(), &state.species);
+            at.curvature_slopes = chemistry.curvature_slopes(sheet, surface, species)?;
+            at.read = model.mechanics().species();
+        }
+        Ok(at)
+    }
+}
+
+pub(super) fn add_vector(
+    layout: &Layout,
+    entries: &mut Entries<'_>,
+    row: usize,
+    vertex: usize,
+    by: Vec3,
+) {
+    for axis in 0..3 {
+        if let Some(column) = layout.displacement(vertex, axis) {
+            entries.add(row, column, by[axis]);
+        }
+    }
+}
+
+/// Turns derivatives of signals into those of the rates.
+pub(super) struct BySignals<'a, 'b, 'c> {
+    pub(super) layout: &'a Layout,
+    pub(super) partials: &'a Columns,
+    pub(super) inputs: usize,
+    pub(super) held: &'a HeldValues,
+    pub(super) entries: &'b mut Entries<'c>,
+    /// Whether derivatives by lengths are wanted, or those by positions.
+    pub(super) lengths: bool,
+}
+
+impl<'a> BySignals<'a, '_, '_> {
+    /// The rows of the rates at `point`, but for those that are held, and their derivatives by a signal there.
+    fn rates(&self, column: usize, point: usize) -> impl Iterator<Item = (usize, f64)> + use<'a> {
+        let Self { layout, partials, inputs, held, .. } = *self;
+        let free = (0..layout.species()).filter(move |&s| !held.holds(s, point));
+        free.map(move |s| {
+            let entry = s * inputs + layout.species() + column;
+            (layout.concentration(s, point), partials.column(entry)[point])
+        })
+    }
+}
+
+impl Derivatives for BySignals<'_, '_, '_> {
+    fn by_position(&mut self, column: usize, point: usize, vertex: usize, value: Vec3) {
+        if !self.lengths {
+            for (row, slope) in self.rates(column, point) {
+                add_vector(self.layout, self.entries, row, vertex, slope * value);
+            }
+        }
+    }
+
+    fn by_length(&mut self, column: usize, point: usize, edge: usize, value: f64) {
+        if self.lengths {
+            for (row, slope) in self.rates(column, point) {
+                self.entries.add(row, edge, slope * value);
+            }
+        }
     }
 }

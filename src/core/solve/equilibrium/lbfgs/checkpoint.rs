@@ -15,15 +15,7 @@ use crate::effects::RankOneTerm;
 use crate::linear::{BlockMatrix, Values};
 use crate::model::Mechanics;
 use crate::record::{Malformed, Record};
-
-/// How the factor was made, besides its matrix.
-#[derive(Debug, Default, Clone, Serialize, Deserialize)]
-pub(super) struct FactorSettings {
-    /// At which shape; empty where only the matrix matters.
-    pub(super) x: Vec<Vec3>,
-    /// Whether it was to succeed at some expense.
-    pub(super) insist: bool,
-}
+use crate::solve::equilibrium::lbfgs::FactorSettings;
 
 /// All that later relaxations depend on.
 #[derive(Serialize, Deserialize)]

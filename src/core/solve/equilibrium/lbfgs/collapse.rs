@@ -1,12 +1,13 @@
 //! What L-BFGS does where a triangle has lost its area.
 
 use super::super::Relaxation;
-use super::super::stop::{COLLAPSED, collapsed_at};
+use super::super::stop::collapsed_at;
 use super::{Collapse, Lbfgs};
 use crate::Vec3;
 use crate::model::Potential;
 use crate::sheet::quality::triangle_quality;
 use crate::solve::SolveError;
+use crate::solve::diagnosis::COLLAPSED;
 
 impl Lbfgs {
     /// Deals with the collapsed triangles at the vertex where the force is largest: holds them, or

@@ -1,23 +1,19 @@
 //! The iteration of one relaxation: direction, step length, and when it ends.
 
 use super::super::preconditioner::SMALL_SHEET;
-use super::super::stop::{COLLAPSED, FORCE_FLOOR, iterated, reached, same_energy};
+use super::super::stop::{FORCE_FLOOR, iterated, reached, same_energy};
 use super::super::{Goal, Relaxation, TrustRegion};
 use super::progress::{Outcome, Progress};
 use super::{Collapse, DIAGONAL_SHIFT, Gauge, Lbfgs, MAX_SHIFT, NEARLY_AT_REST};
-use crate::Vec3;
 use crate::model::{Anchor, Potential};
 use crate::num::checked::AtLeast;
 use crate::num::real;
-use crate::parallel;
 use crate::reduction::Reduction;
 use crate::solve::SolveError;
+use crate::solve::diagnosis::COLLAPSED;
+use crate::solve::equilibrium::lbfgs::REFRESH_INTERVALS;
+use crate::{Vec3, parallel};
 
-/// Iterations between two factorisations of small sheets far from rest, and otherwise. Over many
-/// iterations with one factor far from rest, differences in the last digit grow to other minima
-/// (`docs/notebook/sensitivity.md`); a fresh one every five needs fewer iterations and no more time where a
-/// factor is cheap. Near rest it is the memory that finds what is soft, and a fresh factor empties it.
-pub(super) const REFRESH_INTERVALS: (usize, usize) = (5, 15);
 /// The same for a plain metric, by whether it is learnt from steps alone, which a start from nothing costs some
 /// steps. On Model I, loosely relaxed, 30 needed a seventh less iterations than 100 with blocks.
 const PLAIN_REFRESH_INTERVALS: (usize, usize) = (30, 100);

@@ -3,17 +3,9 @@
 //! The matrix is copied only where a new one is about to take its place; its factor is recomputed where a
 //! step has failed, as from a checkpoint.
 
-use super::{FactorState, Lbfgs};
+use super::Lbfgs;
 use crate::model::Mechanics;
-use crate::record::Record;
-
-/// Where a step began.
-#[derive(Debug)]
-pub(super) struct RollbackSnapshot {
-    factor: FactorState,
-    /// All of it; where steps teach nothing, only once the factor goes.
-    record: Option<Record>,
-}
+use crate::solve::equilibrium::lbfgs::RollbackSnapshot;
 
 impl Lbfgs {
     pub(super) fn take_snapshot(&mut self) {

@@ -2,14 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::super::ForceTolerance;
 use super::super::preconditioner::{FactorPrecision, Preconditioner};
-use super::super::{Equilibrium, ForceTolerance};
-use super::Lbfgs;
-use crate::model::Mechanics;
 use crate::num::checked::{AtLeast, Fraction, Positive};
-use crate::solve::{EquilibriumSpec, SolveError};
 
-/// Settings of [`Lbfgs`]; parameters of `equilibrium.method = "lbfgs"` in a scene.
+/// Settings of [`Lbfgs`](super::Lbfgs); parameters of `equilibrium.method = "lbfgs"` in a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LbfgsSpec {
@@ -70,32 +67,3 @@ impl Default for LbfgsSpec {
         }
     }
 }
-
-#[typetag::serialize(name = "lbfgs")]
-impl EquilibriumSpec for LbfgsSpec {
-    fn name(&self) -> String {
-        format!("L-BFGS, preconditioned by {}", self.preconditioner.describe())
-    }
-
-    fn tolerance(&self) -> ForceTolerance {
-        self.tolerance
-    }
-
-    fn max_iterations(&self) -> usize {
-        self.max_iterations.get()
-    }
-
-    fn linear_systems(&self, mechanics: &Mechanics, moving: bool) -> Vec<String> {
-        self.preconditioner.choice_lines(self.precision, mechanics.sheet().vertex_count(), moving)
-    }
-
-    fn supports_ranks(&self) -> bool {
-        self.preconditioner != Preconditioner::Multigrid && self.collapse.is_none()
-    }
-
-    fn build(&self, mechanics: &Mechanics) -> Result<Box<dyn Equilibrium>, SolveError> {
-        Ok(Box::new(Lbfgs::new(mechanics, *self)?))
-    }
-}
-
-crate::register_kind!(dyn EquilibriumSpec, "lbfgs", LbfgsSpec);

@@ -16,7 +16,7 @@
 //! the wavelength for longer ones, which reach beyond these hinges. It is a metric only: forces
 //! and the whole Hessian know nothing of it.
 
-use super::super::super::hinge;
+use super::super::super::dihedral;
 use super::super::BendingWeight;
 use crate::effects::{Values, element};
 use crate::geometry::Shape;
@@ -38,7 +38,7 @@ impl BoundaryHinges {
         let on_boundary =
             |corners: &[u32; 4]| corners.iter().any(|&v| sheet.boundary()[v as usize]);
         let corners =
-            hinge::hinges(sheet).map(|(_, corners)| corners).filter(on_boundary).collect();
+            dihedral::hinges(sheet).map(|(_, corners)| corners).filter(on_boundary).collect();
         Self { corners, places: LazyStencils::default() }
     }
 
@@ -63,7 +63,7 @@ impl BoundaryHinges {
             Values::Each(all) => 0.5 * (all[a as usize] + all[b as usize]),
         };
         let blocks = |h: usize| {
-            hinge::stiffness_blocks(
+            dihedral::stiffness_blocks(
                 &corners[h].map(|v| shape.x[v as usize]),
                 rigidity(of(corners[h])),
             )

@@ -9,7 +9,7 @@ use crate::linear::{Elements, Rows, pack};
 use crate::parallel::simd::{LANES, Lanes3, Simd};
 
 /// Columns of a 3×3 block.
-type Columns<L> = [Lanes3<L>; 3];
+pub(super) type Columns<L> = [Lanes3<L>; 3];
 
 /// Inner part of the triangles. The corners are taken in ascending order, as the matrix stores
 /// them; where that turns a triangle over, its normal and its edges change sign together, and all
