@@ -257,11 +257,11 @@ fn circles(root: &Path) -> Vec<String> {
 
 /// The roots of all crates of the project.
 fn roots() -> Vec<PathBuf> {
-    let project = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let project = crate::common::root();
     let folders = ["src", "plugins"].into_iter().flat_map(|folder| {
         fs::read_dir(project.join(folder)).unwrap().map(|entry| entry.unwrap().path())
     });
-    let folders = folders.chain([project.to_path_buf(), project.join("python")]);
+    let folders = folders.chain([project.clone(), project.join("python")]);
     let roots = folders.filter(|folder| folder.join("Cargo.toml").is_file());
     let root = |folder: PathBuf| ["src/lib.rs", "lib.rs"].map(|name| folder.join(name));
     roots.flat_map(root).filter(|root| root.is_file()).collect()
