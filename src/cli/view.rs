@@ -24,6 +24,10 @@ pub(super) struct ViewArgs {
     /// Most size of the file, MB.
     #[arg(long, value_name = "MB", default_value_t = 20.0, value_parser = megabytes)]
     size_limit: f64,
+    /// Show a run in progress: serve the page on this port of the loopback address, a free one if none is given, and load it
+    /// again as frames are written.
+    #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "0", conflicts_with_all = ["out", "force"])]
+    watch: Option<u16>,
     /// Replace an existing file.
     #[arg(long)]
     force: bool,
@@ -35,10 +39,16 @@ pub(super) fn run(args: &ViewArgs) -> Result<()> {
         let message = "no such directory; expected one that run, sweep, compare or accuracy wrote";
         return Err(Error::Refused(format!("{}: {message}", root.display())));
     }
+    let bytes = crate::num::whole(1e6 * args.size_limit);
+    let options = Options { frames: args.frames.into(), bytes };
+    if let Some(port) = args.watch {
+        return view::watch::serve(root, options, port, |address| {
+            say!("{address} shows {}; Ctrl-C ends", root.display());
+        });
+    }
     let path = args.out.clone().unwrap_or_else(|| root.join(ResultDirectory::REPORT));
     let file = ResultFile::new(&path, args.force, &Inputs::default())?;
-    let bytes = crate::num::whole(1e6 * args.size_limit);
-    let page = view::page(root, Options { frames: args.frames.into(), bytes })?;
+    let page = view::page(root, options)?;
     file.write(|writer| writer.write_all(page.html.as_bytes()))?;
     page.warnings.iter().for_each(|warning| super::warn(&format!("warning: {warning}")));
     if file != ResultFile::StandardOutput {

@@ -21,6 +21,7 @@ pub mod picture;
 mod record;
 mod runs;
 mod sheet;
+pub mod watch;
 
 pub use page::{Options, Page};
 

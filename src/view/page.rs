@@ -30,6 +30,8 @@ const SCRIPT: [&str; 12] = [
     include_str!("page/picture.js"),
     include_str!("page/main.js"),
 ];
+/// After the others, in a page that is served.
+const WATCH: &str = include_str!("page/watch.js");
 const GENERATOR: &str = concat!("rumple ", env!("CARGO_PKG_VERSION"));
 
 /// The data that the script reads, as JSON.
@@ -38,8 +40,9 @@ struct PageData<'a> {
     title: &'a str,
     /// What a study shows, as it wrote it.
     study: Option<Value>,
-    /// Pictures that are wanted in place of the page.
-    pictures: Option<Value>,
+    /// Pictures that are wanted in place of the page, or the state of results that are watched.
+    #[serde(flatten)]
+    wanted: Option<Value>,
     members: Vec<RunData>,
 }
 
@@ -59,7 +62,7 @@ pub(super) fn of(
     root: &Path,
     found: &FoundRuns,
     options: Options,
-    pictures: Option<Value>,
+    wanted: Option<Value>,
 ) -> Result<Page> {
     let mut blocks = Blocks::default();
     let runs = &found.runs;
@@ -71,7 +74,7 @@ pub(super) fn of(
         |error| Error::Refused(format!("{}: is not what a study writes: {error}", plots.display()));
     let study =
         text_of(&plots)?.map(|text| serde_json::from_str(&text)).transpose().map_err(wrong)?;
-    let mut data = PageData { title: &title, study, pictures, members };
+    let mut data = PageData { title: &title, study, wanted, members };
     // Sheets get what the rest leaves.
     let rest = document(&data, "", blocks.html()).len();
     let left = options.bytes.saturating_sub(rest) / runs.len().max(1);
@@ -132,16 +135,19 @@ fn summary(found: &FoundRuns, sheets: &[&Sheet], (shown, of): (usize, usize)) ->
 /// The HTML.
 fn document(data: &PageData<'_>, summary: &str, blocks: &str) -> String {
     // A `<` could end the script element.
+    let watched = data.wanted.as_ref().is_some_and(|wanted| wanted.get("watch").is_some());
     let json = serde_json::to_string(data).unwrap_or_default().replace('<', "\\u003c");
     let (title, summary) = (escaped(data.title), escaped(summary));
     fill(&[
         ("title", &title),
         ("generator", GENERATOR),
+        // A page that is served asks its server for news; others ask nobody.
+        ("connect", if watched { "; connect-src 'self'" } else { "" }),
         ("summary", &summary),
         ("style", STYLE),
         ("blocks", blocks),
         ("about", &json),
-        ("script", &SCRIPT.concat()),
+        ("script", &(SCRIPT.concat() + if watched { WATCH } else { "" })),
     ])
 }
 

@@ -233,7 +233,12 @@ fn drawn(
 ) -> Result<Vec<(f64, Vec<u8>)>> {
     let browser = browser()?;
     let options = Options { frames, bytes: MOST_BYTES };
-    let page = page::of(root, &runs::find(root)?, options, serde_json::to_value(wanted).ok())?;
+    let page = page::of(
+        root,
+        &runs::find(root)?,
+        options,
+        Some(serde_json::json!({ "pictures": wanted })),
+    )?;
     if page.runs == 0 {
         return Err(refused(root, "has no frames"));
     }

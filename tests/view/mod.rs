@@ -3,6 +3,7 @@
 mod picture;
 mod refused;
 mod studies;
+mod watch;
 
 use std::fs;
 use std::path::Path;

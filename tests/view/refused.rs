@@ -26,6 +26,8 @@ fn directories_without_results_are_refused() {
     refused(folder, &["view", "empty"], &["empty", "resolved.toml"]);
     assert_eq!(fs::read_dir(folder.join("empty")).unwrap().count(), 0);
     refused(folder, &["view", "empty", "--frames", "1"], &["--frames"]);
+    refused(folder, &["view", "empty", "--watch"], &["empty", "resolved.toml"]);
+    refused(folder, &["view", "empty", "--watch", "-o", "page.html"], &["--watch"]);
     refused(folder, &["view", "empty", "--size-limit=-1"], &["--size-limit"]);
 }
 

@@ -23,7 +23,7 @@ pub(super) const ROUND_OFF: f64 = 1e-9;
 /// The times at which an effect is inspected.
 pub(super) const INSPECTION_TIMES: [f64; 2] = [0.0, 0.7];
 
-/// What [`examine`] found.
+/// What [`examine`](super::examine) found.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Report {
     /// What is wrong, in words; nothing for a correct effect.

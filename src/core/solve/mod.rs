@@ -74,7 +74,7 @@ pub trait IntegratorSpec: std::fmt::Debug + Send + Sync {
         !self.needs_sparse_motion()
     }
 
-    /// Whether no step of a moving shape passes what effects allow ([`Energy::largest_step`](crate::effects::Energy::largest_step)).
+    /// Whether no step of a moving shape passes what effects allow ([`Contact::largest_step`](crate::effects::Contact::largest_step)).
     fn keeps_step_limits(&self) -> bool {
         !self.needs_sparse_motion()
     }

@@ -17,7 +17,7 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// The operators in the order of [`Chemistry::transports`].
+    /// The operators in the order of [`Chemistry::transports`](super::super::Chemistry::transports).
     pub fn operators(&self) -> impl Iterator<Item = &Operator> {
         self.which.iter().map(|k| &self.operators[*k])
     }

@@ -37,7 +37,7 @@ impl Potential {
         gram.symmetric_eigenvalues().iter().any(|value| !(*value > 1e-10))
     }
 
-    /// g of every constraint at `x`, by [`Mechanics::constraint_names`].
+    /// g of every constraint at `x`, by [`Mechanics::constraint_names`](crate::model::Mechanics::constraint_names).
     pub fn constraint_values(&mut self, x: &[Vec3]) -> Vec<f64> {
         let (mechanics, constraints, shape) = self.constrained(x);
         constraints.evaluate(mechanics, &shape)
