@@ -141,7 +141,7 @@ fn document(data: &PageData<'_>, summary: &str, blocks: &str) -> String {
     fill(&[
         ("title", &title),
         ("generator", GENERATOR),
-        // A page that is served asks its server for news; others ask nobody.
+        // A page that is served asks its server for news; others ask for nothing.
         ("connect", if watched { "; connect-src 'self'" } else { "" }),
         ("summary", &summary),
         ("style", STYLE),

@@ -1,4 +1,4 @@
-// Follows a run in progress: the page is loaded again, as it stands, when the results have changed.
+// Follows a run in progress: the page is loaded again, with its camera and controls, when the results have changed.
 
 /** Milliseconds between two questions. */
 const QUESTIONS = 2000;
