@@ -75,6 +75,9 @@ function recordOf(member) {
   return all;
 }
 
+/** Warnings that are shown before the others are folded away. */
+const UNFOLDED = 2;
+
 /** Warnings, each once, with the runs that have it. */
 function warned() {
   const all = new Map();
@@ -94,9 +97,17 @@ function showRecord() {
       record.append(heading, ...recordOf(member));
     }
   }
-  element("warnings").append(...warned().map(text => {
-    const item = document.createElement("li");
-    item.textContent = text;
-    return item;
-  }));
+  const item = content => {
+    const node = document.createElement("li");
+    node.append(content);
+    return node;
+  };
+  const all = warned().map(item);
+  // The sheet is to be seen without scrolling.
+  const [first, more] = all.length > UNFOLDED + 1 ? [all.slice(0, UNFOLDED), all.slice(UNFOLDED)] : [all, []];
+  element("warnings").append(...first);
+  if (more.length === 0) return;
+  const list = document.createElement("ul");
+  list.append(...more);
+  element("warnings").append(item(section(`${more.length} more`, false, list)));
 }
