@@ -54,7 +54,10 @@ fn of_class(py: Python<'_>, error: &rumple::Error, text: String) -> PyResult<PyE
         rumple::Error::Scene(scene) => {
             let raised = SceneError::new_err(text);
             let value = raised.value(py);
-            value.setattr("path", scene.origin())?;
+            // What is wrong may stand in the overrides.
+            if !scene.origin().starts_with("--set") {
+                value.setattr("path", scene.origin())?;
+            }
             if let Some((line, column)) = scene.position() {
                 value.setattr("line", line)?;
                 value.setattr("column", column)?;

@@ -3,7 +3,7 @@
 import pytest
 
 import rumple
-from conftest import DOME
+from conftest import COMMON, DOME
 from rumple import _rumple
 
 
@@ -66,9 +66,16 @@ def test_a_step_that_blows_up_is_an_error(tmp_path):
 
 
 def test_errors_of_files_and_laws_have_classes_of_their_own(tmp_path):
-    mesh = tmp_path / "sheet.obj"
-    mesh.write_text("f 1 2 3\n")
-    with pytest.raises(rumple.FileError, match="sheet.obj"):
-        rumple.Simulation(rumple.load(DOME, {"sheet": {"file": str(mesh)}}))
-    with pytest.raises(rumple.LawError, match="no_such_law"):
+    with pytest.raises(rumple.FileError, match="none.vtu"):
+        rumple.run(DOME, tmp_path / "out", state=tmp_path / "none.vtu")
+
+    @rumple.law("c")
+    def wrong(at):
+        raise ValueError("on purpose")
+
+    scene = rumple.scene(**COMMON, kinetics={"plugin": wrong}, time={"until": 1.0})
+    with pytest.raises(rumple.LawError, match="on purpose"):
+        rumple.Simulation(scene).run()
+    with pytest.raises(rumple.SceneError, match="no_such_law") as caught:
         rumple.Simulation(rumple.load(DOME, {"kinetics": {"plugin": "no_such_law"}}))
+    assert caught.value.path is None

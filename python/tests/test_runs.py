@@ -244,7 +244,8 @@ def test_a_run_starts_from_a_state(program, tmp_path):
 
 def test_progress_is_shown_or_handed_over(tmp_path, capsys, monkeypatch):
     seen = []
-    results = rumple.run(DOME, tmp_path / "out", progress=lambda share, state: seen.append((share, state.steps)), threads=1)
+    scene = rumple.load(DOME, {"checkpoint.every": 1e-9})
+    results = rumple.run(scene, tmp_path / "out", progress=lambda share, state: seen.append((share, state.steps)), threads=1)
     assert [steps for _, steps in seen] == list(range(1, len(seen) + 1))
     assert seen[-1][0] == 1.0 and seen == sorted(seen)
     two = rumple.run(DOME, tmp_path / "two", progress=True, threads=2)
