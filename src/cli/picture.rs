@@ -21,7 +21,7 @@ struct DrawingArgs {
     /// The range of the colours: `all` frames, each `frame`, or `LEAST,LARGEST`.
     #[arg(long, value_name = "RANGE", default_value = "all", value_parser = range, allow_hyphen_values = true)]
     range: ColourRange,
-    /// The colour map.
+    /// The colour map: `viridis`, `cividis` or `coolwarm`.
     #[arg(long, default_value = "viridis")]
     map: String,
     /// From where: `oblique`, `top`, `front`, `side`, or azimuth and elevation in degrees, `-50,35`.

@@ -33,6 +33,8 @@ const BROWSERS: [&str; 7] = [
 ];
 /// Most bytes of the page of a picture: what a browser holds.
 const MOST_BYTES: usize = 300_000_000;
+/// How long the last picture of a GIF stays, ms.
+const LAST: u32 = 1500;
 /// Speed of the quantisation of colours of a GIF, 1 (best) to 30.
 const QUANTISATION: i32 = 10;
 
@@ -293,10 +295,10 @@ fn drawn(
 
 /// A browser that draws without a window.
 fn browser() -> Result<PathBuf> {
-    if let Some(named) = env::var_os("RUMPLE_BROWSER").filter(|name| !name.is_empty()) {
-        return Ok(named.into());
+    if let Some(named) = named_by("RUMPLE_BROWSER")? {
+        return Ok(named);
     }
-    BROWSERS.iter().find_map(|name| in_path(name)).ok_or_else(|| {
+    BROWSERS.iter().find_map(|name| in_path(Path::new(name))).ok_or_else(|| {
         Error::Refused(
             "no browser draws the pictures: install Chromium or Chrome, or name one in RUMPLE_BROWSER; without one, \
              `rumple paraview DIR` writes a macro by which ParaView draws"
@@ -305,10 +307,16 @@ fn browser() -> Result<PathBuf> {
     })
 }
 
+/// The program that a variable of the environment names.
+fn named_by(variable: &str) -> Result<Option<PathBuf>> {
+    let Some(name) = env::var_os(variable).filter(|name| !name.is_empty()) else { return Ok(None) };
+    let missing = || Error::Refused(format!("{variable} = {}: no such program", name.display()));
+    in_path(Path::new(&name)).map(Some).ok_or_else(missing)
+}
+
 /// The program of this name.
-fn in_path(name: &str) -> Option<PathBuf> {
-    let name = Path::new(name);
-    if name.is_absolute() {
+fn in_path(name: &Path) -> Option<PathBuf> {
+    if name.components().count() > 1 {
         return name.is_file().then(|| name.to_owned());
     }
     env::split_paths(&env::var_os("PATH")?)
@@ -318,8 +326,7 @@ fn in_path(name: &str) -> Option<PathBuf> {
 
 /// The program that encodes movies of this `kind`.
 fn ffmpeg(kind: &str) -> Result<PathBuf> {
-    let named = env::var_os("RUMPLE_FFMPEG").filter(|name| !name.is_empty()).map(PathBuf::from);
-    named.or_else(|| in_path("ffmpeg")).ok_or_else(|| {
+    named_by("RUMPLE_FFMPEG")?.or_else(|| in_path(Path::new("ffmpeg"))).ok_or_else(|| {
         Error::Refused(format!(
             ".{kind} is encoded by ffmpeg, which is not found: install it, or name it in RUMPLE_FFMPEG; .gif needs none"
         ))
@@ -332,8 +339,11 @@ fn gif(pictures: &[(f64, Vec<u8>)], rate: f64) -> std::result::Result<Vec<u8>, I
     let mut encoder = GifEncoder::new_with_speed(&mut bytes, QUANTISATION);
     encoder.set_repeat(Repeat::Infinite)?;
     let delay = Delay::from_saturating_duration(std::time::Duration::from_secs_f64(1.0 / rate));
-    for (_, png) in pictures {
+    for (k, (_, png)) in pictures.iter().enumerate() {
         let picture = image::load_from_memory(png)?.into_rgba8();
+        // The end is to be seen before it begins again.
+        let delay =
+            if k + 1 == pictures.len() { Delay::from_numer_denom_ms(LAST, 1) } else { delay };
         encoder.encode_frame(Frame::from_parts(picture, 0, 0, delay))?;
     }
     drop(encoder);

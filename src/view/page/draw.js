@@ -152,7 +152,7 @@ function cornersOf(x, triangles, values, onTriangles, [least, largest]) {
   const n = normals(x, triangles);
   const out = new Float32Array(STRIDE * triangles.length);
   const width = largest > least ? largest - least : 1;
-  const level = value => (Number.isFinite(value) ? (largest > least ? (value - least) / width : 0.5) : -1e3);
+  const level = value => (Number.isFinite(value) ? (largest > least ? Math.max(0, Math.min(1, (value - least) / width)) : 0.5) : -1e3);
   let at = 0;
   for (let k = 0; k < triangles.length; k += 1) {
     const v = triangles[k];

@@ -61,7 +61,8 @@ function showBar() {
   const each = state.range === "frame" && viewers.length > 1;
   const [least, largest] = rangeAt(member, viewers[0].frame);
   element("bar-title").textContent = state.choice.title + (each ? " (range of each frame; numbers of the first run)" : "");
-  const ticks = [0, 0.25, 0.5, 0.75, 1].map(share => short(least + share * (largest - least), 4));
+  const tick = value => (Math.abs(value) < 1e-6 * (largest - least) ? 0 : value);
+  const ticks = [0, 0.25, 0.5, 0.75, 1].map(share => short(tick(least + share * (largest - least)), 4));
   element("bar-ticks").replaceChildren(...ticks.map(text => {
     const span = document.createElement("span");
     span.textContent = text;

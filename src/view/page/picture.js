@@ -6,25 +6,50 @@ function drawBare([width, height]) {
   viewers.forEach(viewer => viewer.draw(true));
 }
 
-/** The part of the height of a canvas between its first and last row that is not white all over. */
+/** The rectangle of a canvas that is not white, as shares of its size: left, top, right, bottom; none of a white one. */
 function drawnPart({ width, height }, context) {
   const { data } = context.getImageData(0, 0, width, height);
-  const white = row => data.subarray(4 * width * row, 4 * width * (row + 1)).every(level => level === 255);
-  let [top, bottom] = [0, height];
-  while (top < bottom && white(top)) top += 1;
-  while (bottom > top && white(bottom - 1)) bottom -= 1;
-  return top < bottom ? [top / height, bottom / height] : [0, 1];
+  let box = null;
+  for (let i = 0; i < width * height; i += 1) {
+    if (data[4 * i] === 255 && data[4 * i + 1] === 255 && data[4 * i + 2] === 255) continue;
+    const [x, y] = [(i % width) / width, Math.floor(i / width) / height];
+    box = box ? [Math.min(box[0], x), Math.min(box[1], y), Math.max(box[2], x), Math.max(box[3], y)] : [x, y, x, y];
+  }
+  return box;
 }
 
-/** The part of the height of pictures that some run draws on in some of the frames, with a margin; looked for in small ones. */
-function partOf(steps, size) {
-  const parts = steps.flatMap(step => {
+/** The rectangle of pictures that some run draws on in some of the frames; looked for in small ones. */
+function boxOf(steps, size) {
+  const boxes = steps.flatMap(step => {
     state.step = step;
     drawBare(size.map(pixels => Math.ceil(pixels / 4)));
-    return viewers.map(({ canvas }) => drawnPart(canvas, canvas.getContext("2d")));
+    return viewers.map(({ canvas }) => drawnPart(canvas, canvas.getContext("2d"))).filter(Boolean);
   });
-  const margin = 0.03;
-  return [Math.max(0, Math.min(...parts.map(p => p[0])) - margin), Math.min(1, Math.max(...parts.map(p => p[1])) + margin)];
+  if (boxes.length === 0) throw new Error("nothing is seen from here: a flat sheet is seen from the top");
+  return [Math.min, Math.min, Math.max, Math.max].map((best, c) => best(...boxes.map(box => box[c])));
+}
+
+/** The part of the height of pictures that is drawn on, with a margin. */
+function partOf(steps, size) {
+  const [, top, , bottom] = boxOf(steps, size);
+  return [Math.max(0, top - 0.03), Math.min(1, bottom + 0.03)];
+}
+
+/** Brings the camera so near that the sheets fill the pictures. */
+function approach(steps, size) {
+  for (let k = 0; k < 2; k += 1) {
+    const reach = boxOf(steps, size).map(share => 2 * Math.abs(share - 0.5));
+    zoom(0.96 / Math.max(...reach));
+  }
+}
+
+/** Writes a line in letters of this height, or smaller ones that fit between `left` and `right`. */
+function write(context, text, height, [left, right], base) {
+  context.font = context.font.replace(/\d+(\.\d+)?px/, `${height}px`);
+  const share = Math.min(1, (right - left) / context.measureText(text).width);
+  context.font = context.font.replace(/\d+(\.\d+)?px/, `${height * share}px`);
+  context.fillText(text, left, base);
+  context.font = context.font.replace(/\d+(\.\d+)?px/, `${height}px`);
 }
 
 /** Pictures of all runs, so many pixels each, of which a part of the height is kept. */
@@ -35,7 +60,7 @@ function pictured({ size, title = "" }, part) {
   const [top, bottom] = part.map(share => Math.round(share * height));
   const across = Math.ceil(Math.sqrt(viewers.length));
   const letter = Math.max(14, Math.round((width * across) / 50));
-  const [head, line] = [title ? 2 * letter : 0, viewers.length > 1 ? 1.6 * letter : 0];
+  const [head, line] = [title ? 2 * letter : 0, members.length > 1 ? 1.6 * letter : 0];
   const each = Math.round(bottom - top + line);
   const from = head + each * Math.ceil(viewers.length / across);
   const picture = document.createElement("canvas");
@@ -46,15 +71,19 @@ function pictured({ size, title = "" }, part) {
   context.fillRect(0, 0, picture.width, picture.height);
   context.fillStyle = "#1a1a1a";
   context.font = `bold ${letter}px system-ui, sans-serif`;
-  context.fillText(title, letter, 1.4 * letter);
+  write(context, title, letter, [letter, picture.width - letter], 1.4 * letter);
   context.font = `${letter}px system-ui, sans-serif`;
-  viewers.forEach(({ canvas, caption }, i) => {
+  viewers.forEach(({ canvas, member }, i) => {
     const [left, above] = [(i % across) * width, head + Math.floor(i / across) * each];
     context.drawImage(canvas, 0, top, width, bottom - top, left, above + line, width, bottom - top);
-    if (line) context.fillText(caption.textContent, left + letter / 2, above + 1.1 * letter);
+    const name = member.name.replaceAll(",", ", ");
+    if (line) write(context, name, letter, [left + letter / 2, left + width - letter / 2], above + 1.1 * letter);
   });
   const room = picture.width - 2 * letter;
-  context.fillText(`${element("bar-title").textContent}    t = ${short(times[state.step])}`, letter, from + 1.2 * letter);
+  const absent = members.length - viewers.length;
+  const words = [element("bar-title").textContent, `t = ${short(times[state.step])}`];
+  if (absent > 0) words.push(`${absent} of ${members.length} runs have no frames`);
+  write(context, words.join("    "), letter, [letter, letter + room], from + 1.2 * letter);
   context.drawImage(element("bar-colours"), letter, from + 1.7 * letter, room, letter);
   [...element("bar-ticks").children].forEach((tick, i) => {
     context.textAlign = ["left", "center", "center", "center", "right"][i];
@@ -144,9 +173,10 @@ function pictures(wanted) {
   readControls();
   if (typeof wanted.view === "string") look(wanted.view);
   else [camera.azimuth, camera.elevation] = wanted.view.map(degrees => (degrees * Math.PI) / 180);
-  zoom(wanted.zoom);
   const nearest = time => times.reduce((best, t, k) => (Math.abs(t - time) < Math.abs(times[best] - time) ? k : best), 0);
   const steps = wanted.movie ? everyStep() : [wanted.time === null ? times.length - 1 : nearest(wanted.time)];
+  approach(steps, wanted.size);
+  zoom(wanted.zoom);
   const part = partOf(steps, wanted.size);
   return steps.map(step => {
     state.step = step;
