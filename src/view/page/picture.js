@@ -35,11 +35,15 @@ function partOf(steps, size) {
   return [Math.max(0, top - 0.03), Math.min(1, bottom + 0.03)];
 }
 
-/** Brings the camera so near that the sheets fill the pictures. */
+/** Brings the camera so near that the sheets fill the pictures, by some of the frames. */
 function approach(steps, size) {
-  for (let k = 0; k < 2; k += 1) {
-    const reach = boxOf(steps, size).map(share => 2 * Math.abs(share - 0.5));
-    zoom(0.96 / Math.max(...reach));
+  const some = steps.filter((_, k) => k === steps.length - 1 || k % Math.ceil(steps.length / 4) === 0);
+  for (let k = 0; k < 8; k += 1) {
+    const reach = Math.max(...boxOf(some, size).map(share => 2 * Math.abs(share - 0.5)));
+    // What reaches the edge may lie beyond it.
+    if (reach > 0.97) zoom(0.9);
+    else if (reach < 0.9) zoom(Math.min(1.3, 0.94 / reach));
+    else return;
   }
 }
 
