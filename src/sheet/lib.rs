@@ -1,5 +1,6 @@
 //! The sheet: rest positions and topology. It knows no field and no physics.
 
+mod attributes;
 pub mod check;
 mod enclosed;
 pub mod generate;

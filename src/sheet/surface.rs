@@ -1,7 +1,9 @@
 //! A triangle soup as a file gives it, before anything is known about it.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use super::attributes::Attributes;
 use super::check::{Finding, examine};
 use super::{Sheet, SheetError};
 use rumple_numerics::Vec3;
@@ -41,7 +43,7 @@ pub struct Surface {
 }
 
 /// The array of this name, which may have a unit in brackets behind it: `mean_curvature` is `mean_curvature [1/length]`.
-fn named<'a>(arrays: &'a [Array], name: &str) -> Option<&'a Array> {
+pub(crate) fn named<'a>(arrays: &'a [Array], name: &str) -> Option<&'a Array> {
     let with_unit =
         |a: &&Array| a.name.strip_prefix(name).is_some_and(|rest| rest.starts_with(" ["));
     arrays.iter().find(|a| a.name == name).or_else(|| arrays.iter().find(with_unit))
@@ -67,15 +69,16 @@ impl Surface {
     ///
     /// # Errors
     /// The first fatal finding of [`examine`], with the file's name where there is one.
-    pub fn into_sheet(self) -> Result<(Sheet, Vec<Finding>), SheetError> {
+    pub fn into_sheet(mut self) -> Result<(Sheet, Vec<Finding>), SheetError> {
         let (findings, triangles) = examine(&self);
-        let path = self.path;
+        let path = self.path.take();
         if let Some(fatal) = findings.iter().find(|f| f.fatal) {
             return Err(refusal(path.as_deref(), fatal.to_string()));
         }
+        let attributes = Attributes::of(&mut self, &triangles);
         let sheet = Sheet::new(self.points, triangles)
             .map_err(|e| refusal(path.as_deref(), e.to_string()))?;
-        Ok((sheet, findings))
+        Ok((sheet.with_attributes(attributes.map(Arc::new)), findings))
     }
 }
 

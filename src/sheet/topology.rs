@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
+use super::attributes::Attributes;
 use rumple_numerics::Vec3;
 use rumple_numerics::num::index;
 use rumple_numerics::parallel::element_blocks::ElementBlocks;
@@ -136,6 +137,7 @@ pub struct Sheet {
     boundary: Vec<bool>,
     reduction: Reduction,
     share: Option<Share>,
+    attributes: Option<Arc<Attributes>>,
     // Made when they are first asked for: chemistry on a still shape needs none of them.
     vertex_triangles: OnceLock<Incidence>,
     edge_blocks: OnceLock<ElementBlocks<2>>,
@@ -200,6 +202,7 @@ impl Sheet {
             vertex_edges,
             reduction: Reduction::default(),
             share: None,
+            attributes: None,
             boundary,
             vertex_triangles: OnceLock::new(),
             edge_blocks: OnceLock::new(),
@@ -237,6 +240,16 @@ impl Sheet {
     /// The same sheet, as a part; `boundary` is that of the whole sheet.
     pub(crate) fn part(self, boundary: Vec<bool>, share: Share) -> Self {
         Self { boundary, share: Some(share), ..self }
+    }
+
+    /// The same sheet with the arrays of its mesh file.
+    pub(crate) fn with_attributes(self, attributes: Option<Arc<Attributes>>) -> Self {
+        Self { attributes, ..self }
+    }
+
+    /// The arrays of its mesh file.
+    pub(crate) fn attributes(&self) -> Option<&Arc<Attributes>> {
+        self.attributes.as_ref()
     }
 
     /// The number of vertex `i` in the sheet that this is a part of; `i` of a whole one.

@@ -9,6 +9,7 @@ mod kinds;
 mod later;
 mod overrides;
 mod reference;
+mod regions;
 mod unknown;
 
 /// A scene that uses every table; the places of its parts are what the tests check.

@@ -5,7 +5,7 @@ mod command;
 mod formats;
 mod generate;
 mod legacy;
-mod read;
+pub(crate) mod read;
 mod repair;
 mod vtkio_faults;
 mod write;
