@@ -142,6 +142,7 @@ pub struct Sheet {
     vertex_triangles: OnceLock<Incidence>,
     edge_blocks: OnceLock<ElementBlocks<2>>,
     triangle_blocks: OnceLock<ElementBlocks<3>>,
+    distances: [OnceLock<Vec<f64>>; 2],
 }
 
 /// The same vertices and triangles: all else follows from them.
@@ -207,6 +208,7 @@ impl Sheet {
             vertex_triangles: OnceLock::new(),
             edge_blocks: OnceLock::new(),
             triangle_blocks: OnceLock::new(),
+            distances: Default::default(),
         })
     }
 
@@ -359,6 +361,20 @@ impl Sheet {
         let counts = |corners: &[u32; 3]| self.counts(corners);
         self.triangle_blocks
             .get_or_init(|| ElementBlocks::new(self.vertex_count(), &self.triangles, counts))
+    }
+
+    /// Whether it is a part that does not know the others.
+    pub(crate) fn is_lone_part(&self) -> bool {
+        self.share.is_some() && self.reduction.distribution().is_none()
+    }
+
+    /// The distances to the boundary of vertices or triangles, by `make` when they are first asked for.
+    pub(crate) fn stored_distances(
+        &self,
+        on_triangles: bool,
+        make: impl FnOnce() -> Vec<f64>,
+    ) -> &[f64] {
+        self.distances[usize::from(on_triangles)].get_or_init(make)
     }
 
     /// Euler characteristic χ = vertices - edges + triangles; of a part of a sheet its share of that.

@@ -5,6 +5,7 @@ mod command;
 mod formats;
 mod generate;
 mod legacy;
+mod polygon;
 pub(crate) mod read;
 mod repair;
 mod vtkio_faults;

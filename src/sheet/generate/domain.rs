@@ -2,6 +2,7 @@
 
 use rand_chacha::ChaCha8Rng;
 
+use super::MIN_QUALITY;
 use rumple_numerics::Vec3;
 use rumple_numerics::num::index;
 
@@ -21,6 +22,14 @@ pub(super) trait Domain {
     fn edge(&self) -> f64;
     /// χ of the finished mesh.
     fn euler_characteristic(&self) -> i64;
+    /// Least quality of a triangle.
+    fn least_quality(&self) -> f64 {
+        MIN_QUALITY
+    }
+    /// Whether a triangle with this centroid may have all its vertices on the boundary.
+    fn may_span(&self, _centroid: Vec3) -> bool {
+        false
+    }
     /// Corners of a box around the domain.
     fn bounds(&self) -> [Vec3; 2];
     /// A random point, uniform in area; `None` where a free vertex may not start.

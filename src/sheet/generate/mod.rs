@@ -16,7 +16,9 @@ mod graph;
 pub(super) mod lattice;
 mod noise;
 mod order;
+mod outline;
 mod planar;
+mod polygon;
 mod relax;
 mod sphere;
 
@@ -70,6 +72,14 @@ pub enum Shape {
         inner: f64,
         /// Radius of the outer boundary.
         outer: f64,
+    },
+    /// A flat polygon with holes in the plane z = 0, normal +z.
+    Polygon {
+        /// Corners of the outline in order, in either direction.
+        points: Vec<[f64; 2]>,
+        /// Corners of each hole.
+        #[serde(default)]
+        holes: Vec<Vec<[f64; 2]>>,
     },
     /// A closed sphere around the origin, normals outward.
     Sphere {
@@ -130,6 +140,7 @@ impl Shape {
             Self::Rectangle { width, height } | Self::Lattice { width, height } => {
                 vec![("width", width), ("height", height)]
             }
+            Self::Polygon { .. } => Vec::new(),
             Self::Annulus { inner, outer } => vec![("inner", inner), ("outer", outer)],
             Self::Cylinder { radius, height, .. } | Self::Cap { radius, height } => {
                 vec![("radius", radius), ("height", height)]
@@ -153,8 +164,8 @@ impl Shape {
 /// different meshes (but for these two).
 ///
 /// # Errors
-/// Sizes that are not positive and finite, an annulus whose hole is not smaller than the disc, and
-/// numbers of vertices too small for the shape or too large for 32-bit indices.
+/// Sizes that are not positive and finite, an annulus whose hole is not smaller than the disc, a polygon that crosses
+/// itself or has a hole outside, and numbers of vertices too small for the shape or too large for 32-bit indices.
 pub fn generate(shape: &Shape, vertices: usize, seed: u64) -> Result<Sheet, SheetError> {
     check(&shape.sizes(), vertices)?;
     match *shape {
@@ -165,6 +176,9 @@ pub fn generate(shape: &Shape, vertices: usize, seed: u64) -> Result<Sheet, Shee
         Shape::Lattice { width, height } => Lattice::new([width, height], vertices)?.sheet(),
         Shape::Annulus { inner, outer } => {
             irregular(&planar::annulus(inner, outer, vertices)?, vertices, seed)
+        }
+        Shape::Polygon { ref points, ref holes } => {
+            irregular(&polygon::Polygon::new(points, holes, vertices)?, vertices, seed)
         }
         Shape::Sphere { radius, irregular: true } => {
             irregular(&sphere::Ball::new(radius, vertices)?, vertices, seed)
@@ -269,14 +283,16 @@ fn accept(sheet: Sheet, domain: &impl Domain) -> Result<Sheet, String> {
     }
     for tri in sheet.triangles() {
         let corners = tri.map(|v| sheet.rest()[v as usize]);
-        let [x, y, z] = (corners.iter().sum::<Vec3>() / 3.0).into();
+        let centroid = corners.iter().sum::<Vec3>() / 3.0;
+        let [x, y, z] = centroid.into();
         let near = || format!("the triangle at ({x:.3}, {y:.3}, {z:.3})");
-        if tri.iter().all(|&v| sheet.boundary()[v as usize]) {
+        if !domain.may_span(centroid) && tri.iter().all(|&v| sheet.boundary()[v as usize]) {
             return Err(format!("{} has all its vertices on the boundary", near()));
         }
         let q = super::quality::triangle_quality(corners);
-        if q < MIN_QUALITY {
-            return Err(format!("{} has quality {q:.3}, below {MIN_QUALITY}", near()));
+        let least = domain.least_quality();
+        if q < least {
+            return Err(format!("{} has quality {q:.3}, below {least:.3}", near()));
         }
     }
     Ok(sheet)
