@@ -354,6 +354,7 @@ pub(super) fn nearest<'a>(
     const MIN_SIMILARITY: f64 = 0.7;
     // Letters of a part that is taken for the whole.
     const MIN_PART_LETTERS: usize = 3;
+    const MAX_LENGTH_RATIO: usize = 5;
     // No misspelt names are that long (bytes), and to compare two takes the product of their lengths.
     const MAX_NAME_BYTES: usize = 200;
     candidates
@@ -364,7 +365,9 @@ pub(super) fn nearest<'a>(
             // A part of it, as in `feedback`, or parts in another order.
             let part = name.len() >= MIN_PART_LETTERS
                 && (other.contains(&name) || same_words(&name, &other));
-            let likeness = strsim::jaro_winkler(&name, &other);
+            // A few letters are like no word many times as long.
+            let far = name.len() * MAX_LENGTH_RATIO < other.len();
+            let likeness = if far { 0.0 } else { strsim::jaro_winkler(&name, &other) };
             (if part { likeness.max(MIN_SIMILARITY) } else { likeness }, candidate)
         })
         .filter(|(likeness, _)| *likeness >= MIN_SIMILARITY)

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use super::Result;
 use crate::Vec3;
+use crate::effects::{formula_on, formula_values};
 use crate::geometry::vertex_normals;
 use crate::kinetics::{Location, formula};
 use crate::model::{Chemistry, Model, Positions, State};
@@ -26,6 +27,11 @@ fn shape(shape: &scene::Shape) -> Option<sheet::Shape> {
         S::Rectangle(r) => G::Rectangle { width: r.width.get(), height: r.height.get() },
         S::Lattice(l) => G::Lattice { width: l.width.get(), height: l.height.get() },
         S::Annulus(a) => G::Annulus { inner: a.inner.get(), outer: a.outer.get() },
+        S::Polygon(p) => {
+            let corners =
+                |ring: &Vec<[Finite; 2]>| ring.iter().map(|p| p.map(Finite::get)).collect();
+            G::Polygon { points: corners(&p.points), holes: p.holes.iter().map(corners).collect() }
+        }
         S::Sphere(s) => G::Sphere { radius: s.radius.get(), irregular: s.irregular },
         S::Cylinder(c) => {
             G::Cylinder { radius: c.radius.get(), height: c.height.get(), caps: c.caps }
@@ -174,11 +180,10 @@ fn species(scene: &Scene, sheet: &Sheet, chemistry: &Chemistry) -> Result<Vec<Ve
         let (path, initial) = given.remove(species.name.as_str()).unwrap_or_else(none);
         let values = match initial {
             Initial::File(file) => from_file(scene, &path, file, (sheet, chemistry.location()))?,
-            Initial::Pattern(Pattern::Formula(text)) => formula::over_positions(text, &at)
-                .map_err(|e| {
-                    let (path, help) = (format!("{path}.formula"), e.help.as_deref());
-                    scene.error_within(&path, text, &e.span, &e.message, help)
-                })?,
+            Initial::Pattern(Pattern::Formula(text)) => {
+                let path = format!("{path}.formula");
+                from_formula(scene, &path, text, (sheet, chemistry.location()))?
+            }
             initial => initial.values(&at, &number).unwrap_or_default(),
         };
         let wrong = values.iter().position(|c| !(*c >= species.lower && *c <= species.upper));
@@ -196,6 +201,18 @@ fn species(scene: &Scene, sheet: &Sheet, chemistry: &Chemistry) -> Result<Vec<Ve
         all.push(values);
     }
     Ok(all)
+}
+
+/// The values of a formula, one a point.
+pub(super) fn from_formula(
+    scene: &Scene,
+    path: &str,
+    text: &str,
+    (sheet, location): (&Sheet, Location),
+) -> Result<Vec<f64>> {
+    let formula = formula_on(sheet, text, false)
+        .map_err(|e| scene.error_within(path, text, &e.span, &e.message, e.help.as_deref()))?;
+    Ok(formula_values(&formula, location, sheet, 0.0))
 }
 
 /// The values of an array of a file, one a point.

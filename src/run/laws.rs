@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::{Error, Result, initial_state};
 use crate::kinetics::descriptor::Default;
 use crate::kinetics::formula::{
-    self, Formula, FormulaError, FormulaIndex, FormulaKinetics, Law, LawError,
+    Formula, FormulaError, FormulaIndex, FormulaKinetics, Law, LawError,
 };
 use crate::kinetics::validation;
 use crate::kinetics::{
@@ -330,11 +330,8 @@ pub fn parameter_fields(
             let path = path_to(&table, &parameter.name);
             let values = match (spec.parameters.get(&parameter.name), parameter.default) {
                 (Some(ParameterSpec::Formula(text)), _) => {
-                    formula::over_positions(&text.formula, &points).map_err(|e| {
-                        let path = format!("{path}.formula");
-                        let help = e.help.as_deref();
-                        scene.error_within(&path, &text.formula, &e.span, &e.message, help)
-                    })?
+                    let path = format!("{path}.formula");
+                    initial_state::from_formula(scene, &path, &text.formula, (sheet, location))?
                 }
                 (Some(ParameterSpec::File(file)), _) => {
                     initial_state::from_file(scene, &path, file, (sheet, location))?

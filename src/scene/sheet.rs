@@ -70,6 +70,8 @@ pub enum Shape {
     Lattice(Lattice),
     /// A flat ring around the origin.
     Annulus(Annulus),
+    /// A flat polygon with holes.
+    Polygon(Polygon),
     /// A sphere around the origin.
     Sphere(Sphere),
     /// A cylinder around the z axis.
@@ -106,8 +108,8 @@ impl Shape {
             };
         }
         of!(
-            Disc, Rectangle, Lattice, Annulus, Sphere, Cylinder, Cap, Torus, Ellipsoid, WavyStrip,
-            Graph
+            Disc, Rectangle, Lattice, Annulus, Polygon, Sphere, Cylinder, Cap, Torus, Ellipsoid,
+            WavyStrip, Graph
         )
     }
 }
@@ -160,6 +162,16 @@ shape!(
         inner: Positive,
         /// Outer radius.
         outer: Positive,
+    }
+);
+shape!(
+    /// Outlines of a polygon.
+    Polygon {
+        /// Corners of the outline in order, in units of length.
+        points: Vec<[Finite; 2]>,
+        /// Corners of each hole.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        holes: Vec<Vec<[Finite; 2]>>,
     }
 );
 shape!(
@@ -284,11 +296,12 @@ pub(crate) fn origin() -> [Finite; 3] {
 const COMMON_KEYS: [&str; 5] = ["shape", "file", "planar", "imperfection", "bump"];
 
 /// Names of the shapes.
-const SHAPES: [&str; 12] = [
+const SHAPES: [&str; 13] = [
     "disc",
     "rectangle",
     "lattice",
     "annulus",
+    "polygon",
     "sphere",
     "cylinder",
     "cap",
@@ -300,7 +313,7 @@ const SHAPES: [&str; 12] = [
 ];
 
 /// Those of them that lie in a plane.
-const FLAT_SHAPES: [&str; 4] = ["disc", "rectangle", "lattice", "annulus"];
+const FLAT_SHAPES: [&str; 5] = ["disc", "rectangle", "lattice", "annulus", "polygon"];
 
 /// Reads the table `[sheet]`.
 pub(crate) fn read_sheet(mut node: Node) -> Result<SheetSpec, DocumentError> {
@@ -349,7 +362,7 @@ fn read_planar(node: &mut Node) -> Result<bool, DocumentError> {
         let message = format!("a {shape} does not lie in a plane z = const");
         let problem = DocumentError::plain(message).placed(&place).under("planar");
         return Err(problem
-            .help("a planar sheet is a disc, a rectangle, a lattice, an annulus or a flat file"));
+            .help(format!("a planar sheet is a flat file or one of: {}", FLAT_SHAPES.join(", "))));
     }
     Ok(true)
 }
@@ -378,6 +391,7 @@ fn read_shape(name: Node, sizes: Node) -> Result<SheetSource, DocumentError> {
         "lattice" => read(sizes).map(Shape::Lattice),
         "annulus" => return read_annulus(sizes).map(SheetSource::Generated),
         "point" => return read_point(&sizes),
+        "polygon" => read(sizes).map(Shape::Polygon),
         "sphere" => read(sizes).map(Shape::Sphere),
         "cylinder" => read(sizes).map(Shape::Cylinder),
         "cap" => read(sizes).map(Shape::Cap),
@@ -446,6 +460,8 @@ fn unspecified(node: &Node) -> DocumentError {
         "amplitude",
         "wavelength",
         "z",
+        "points",
+        "holes",
     ];
     let known: Vec<&str> = COMMON_KEYS.into_iter().chain(sizes).collect();
     if let Value::Table(entries) = &node.value

@@ -1,5 +1,7 @@
 //! The sheet: rest positions and topology. It knows no field and no physics.
 
+mod attributes;
+mod boundary_distance;
 pub mod check;
 mod enclosed;
 pub mod generate;

@@ -155,6 +155,7 @@ impl Part {
             whole: whole.counts_of_whole(),
         };
         let sheet = Sheet::new(rest, corners)?.part(boundary, share);
+        let sheet = sheet.with_attributes(whole.attributes().cloned());
         let sheet = sheet.reduced_by(Reduction::over(Arc::new(distribution)));
         Ok(Self { sheet, vertices, triangles, whole: whole.counts_of_whole(), around })
     }

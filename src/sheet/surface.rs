@@ -39,7 +39,7 @@ pub struct Surface {
 }
 
 /// The array of this name, which may have a unit in brackets behind it: `mean_curvature` is `mean_curvature [1/length]`.
-fn named<'a>(arrays: &'a [Array], name: &str) -> Option<&'a Array> {
+pub(crate) fn named<'a>(arrays: &'a [Array], name: &str) -> Option<&'a Array> {
     let with_unit =
         |a: &&Array| a.name.strip_prefix(name).is_some_and(|rest| rest.starts_with(" ["));
     arrays.iter().find(|a| a.name == name).or_else(|| arrays.iter().find(with_unit))

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
+use super::attributes::Attributes;
 use rumple_numerics::Vec3;
 use rumple_numerics::num::index;
 use rumple_numerics::parallel::element_blocks::ElementBlocks;
@@ -136,10 +137,12 @@ pub struct Sheet {
     boundary: Vec<bool>,
     reduction: Reduction,
     share: Option<Share>,
+    attributes: Option<Arc<Attributes>>,
     // Made when they are first asked for: chemistry on a still shape needs none of them.
     vertex_triangles: OnceLock<Incidence>,
     edge_blocks: OnceLock<ElementBlocks<2>>,
     triangle_blocks: OnceLock<ElementBlocks<3>>,
+    distances: [OnceLock<Vec<f64>>; 2],
 }
 
 /// The same vertices and triangles: all else follows from them.
@@ -200,10 +203,12 @@ impl Sheet {
             vertex_edges,
             reduction: Reduction::default(),
             share: None,
+            attributes: None,
             boundary,
             vertex_triangles: OnceLock::new(),
             edge_blocks: OnceLock::new(),
             triangle_blocks: OnceLock::new(),
+            distances: Default::default(),
         })
     }
 
@@ -237,6 +242,16 @@ impl Sheet {
     /// The same sheet, as a part; `boundary` is that of the whole sheet.
     pub(crate) fn part(self, boundary: Vec<bool>, share: Share) -> Self {
         Self { boundary, share: Some(share), ..self }
+    }
+
+    /// The same sheet with the arrays of its mesh file.
+    pub(crate) fn with_attributes(self, attributes: Option<Arc<Attributes>>) -> Self {
+        Self { attributes, ..self }
+    }
+
+    /// The arrays of its mesh file.
+    pub(crate) fn attributes(&self) -> Option<&Arc<Attributes>> {
+        self.attributes.as_ref()
     }
 
     /// The number of vertex `i` in the sheet that this is a part of; `i` of a whole one.
@@ -346,6 +361,20 @@ impl Sheet {
         let counts = |corners: &[u32; 3]| self.counts(corners);
         self.triangle_blocks
             .get_or_init(|| ElementBlocks::new(self.vertex_count(), &self.triangles, counts))
+    }
+
+    /// Whether it is a part that does not know the others.
+    pub(crate) fn is_lone_part(&self) -> bool {
+        self.share.is_some() && self.reduction.distribution().is_none()
+    }
+
+    /// The distances to the boundary of vertices or triangles, by `make` when they are first asked for.
+    pub(crate) fn stored_distances(
+        &self,
+        on_triangles: bool,
+        make: impl FnOnce() -> Vec<f64>,
+    ) -> &[f64] {
+        self.distances[usize::from(on_triangles)].get_or_init(make)
     }
 
     /// Euler characteristic χ = vertices - edges + triangles; of a part of a sheet its share of that.

@@ -131,10 +131,13 @@ fn coefficients_that_no_diffusion_has_are_refused() {
     }
     // The names that an unknown one may have meant are those that are read: the time is not.
     for (formula, help) in [
-        ("tt*c", "There are x, y, z (rest position, length), pi and the species c"),
+        (
+            "tt*c",
+            "There are x, y, z (rest position, length), distance_to_boundary, pi and the species c",
+        ),
         (
             "1 + cc",
-            "did you mean `c`? There are x, y, z (rest position, length), pi and the species c",
+            "did you mean `c`? There are x, y, z (rest position, length), distance_to_boundary, pi and the species c",
         ),
         ("t", "the time is not read here. There are x, y, z"),
     ] {

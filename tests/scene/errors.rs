@@ -109,7 +109,7 @@ width = 5.0,  |  | { amplitude = 0.5 }
     missing key width in [kinetics.initial.c.gaussian]
 shape = "disc"\n |  | [sheet]
     missing key shape in [sheet]
-    shape is one of: disc, rectangle, lattice, annulus, sphere, cylinder, cap, torus, ellipsoid, wavy-strip, graph, point; or give file = "…"
+    shape is one of: disc, rectangle, lattice, annulus, polygon, sphere, cylinder, cap, torus, ellipsoid, wavy-strip, graph, point; or give file = "…"
 "#,
     );
     let text = SCENE.replacen("kind = \"test-spring\"\n", "", 1);

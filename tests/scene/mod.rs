@@ -1,6 +1,7 @@
 //! Scene files: what is accepted, and how wrong ones are answered.
 
 mod accepted;
+mod distance;
 mod effects;
 mod errors;
 pub(crate) mod fields;
@@ -9,6 +10,7 @@ mod kinds;
 mod later;
 mod overrides;
 mod reference;
+mod regions;
 mod unknown;
 
 /// A scene that uses every table; the places of its parts are what the tests check.

@@ -25,6 +25,7 @@ const TABLES: [(&str, &str, &[&str]); 33] = [
             "sheet = { impossible = 0 }",
             "sheet = { shape = \"impossible\" }",
             "sheet = { shape = \"lattice\", impossible = 0 }",
+            "sheet = { shape = \"polygon\", impossible = 0 }",
             "sheet = { shape = \"sphere\", impossible = 0 }",
             "sheet = { shape = \"cylinder\", impossible = 0 }",
             "sheet = { shape = \"cap\", impossible = 0 }",

@@ -42,7 +42,7 @@ kind = "test-weightless" | kind = "test-weightless"\nstrength = 1 | strength
     did you mean output? allowed: sheet, material, effect, kinetics, time, equilibrium, stability, invariants, output, checkpoint
 shape = "disc" | shap = "disc" | shap
     unknown key shap in [sheet]
-    did you mean shape? allowed: shape, file, planar, imperfection, bump, vertices, seed, radius, width, height, inner, outer, irregular, caps, major, minor, semi_axes, amplitude, wavelength, z
+    did you mean shape? allowed: shape, file, planar, imperfection, bump, vertices, seed, radius, width, height, inner, outer, irregular, caps, major, minor, semi_axes, amplitude, wavelength, z, points, holes
 shape = "disc" | file = "disc.obj" | radius
     unknown key radius in [sheet]
     allowed: file, planar, imperfection, bump
@@ -70,7 +70,7 @@ fn unknown_names_show_the_allowed_ones_and_the_nearest() {
         r#"
 "disc" | "disk" | "disk"
     sheet: unknown shape "disk"
-    did you mean disc? allowed: disc, rectangle, lattice, annulus, sphere, cylinder, cap, torus, ellipsoid, wavy-strip, graph, point
+    did you mean disc? allowed: disc, rectangle, lattice, annulus, polygon, sphere, cylinder, cap, torus, ellipsoid, wavy-strip, graph, point
 "none" | "zlip" | "zlip"
     output.compression: unknown name "zlip"
     did you mean zlib? allowed: zlib, none

@@ -94,7 +94,8 @@ fn walk(schema: &Value, key: &str, open: &mut BTreeSet<String>) {
             {
                 assert!(
                     // Regions of regions are described once.
-                    name == "all-of" || inside.as_object().is_some_and(|inside| !inside.is_empty()),
+                    ["all-of", "any-of", "not"].contains(&name.as_str())
+                        || inside.as_object().is_some_and(|inside| !inside.is_empty()),
                     "{name} takes anything"
                 );
                 walk(inside, name, open);

@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! thickness = 0.5                                        everywhere
-//! thickness = "0.5 + 0.01*x"                             a formula of x, y, z (rest position, length)
+//! thickness = "0.5 + 0.01*x"                             a formula of x, y, z (rest position, length) and of
+//!                                                        distance_to_boundary (length)
 //! thickness = { default = 0.5, regions = [{ where = "rim", value = 1.0 }] }
 //!                                                        by region; a later region overrides an earlier one
 //! thickness = { file = "plate.vtu", array = "h" }        an array of a mesh file
@@ -24,7 +25,7 @@ use serde::{Deserialize as DeriveDeserialize, Serialize};
 use super::{EffectError, ReadSurface, Region};
 use crate::Vec3;
 use crate::kinetics::Location;
-use crate::kinetics::formula::FieldFormula;
+use crate::kinetics::formula::{FieldFormula, FormulaError, Places};
 use crate::num::checked::{Checked, Finite};
 use crate::sheet::Sheet;
 
@@ -169,13 +170,10 @@ impl<N: Checked> Field<N> {
         let values = match self {
             Self::Number(value) => return Ok(Values::Same(value.value())),
             Self::Formula(text) => {
-                let refuse = |message, help| EffectError { key, message, help };
+                let formula = formula_on(sheet, text, false);
                 let formula =
-                    FieldFormula::new(text, false).map_err(|e| refuse(e.message, e.help))?;
-                match place {
-                    Location::Vertex => formula.at(sheet.rest(), 0.0),
-                    _ => formula.at(&centroids(sheet), 0.0),
-                }
+                    formula.map_err(|e| EffectError { key, message: e.message, help: e.help })?;
+                formula_values(&formula, place, sheet, 0.0)
             }
             Self::Array { file, array } => of_file((file, array), place, sheet, read)
                 .map_err(|(message, help)| EffectError { key, message, help })?,
@@ -253,6 +251,54 @@ pub(super) fn centroids(sheet: &Sheet) -> Vec<Vec3> {
 pub(super) fn centroid(sheet: &Sheet, corners: &[u32; 3]) -> Vec3 {
     let [a, b, c] = corners.map(|v| sheet.rest()[v as usize]);
     (a + b + c) / 3.0
+}
+
+/// The formula of a field: of the rest position, the distance to the boundary and, if it may be `timed`, the time.
+///
+/// # Errors
+/// If the text is not a formula, mentions anything else, or the distance to a boundary that the sheet does not have.
+pub fn formula_on(sheet: &Sheet, text: &str, timed: bool) -> Result<FieldFormula, FormulaError> {
+    let formula = FieldFormula::on_sheet(text, timed)?;
+    check_distance(sheet, text, formula.depends_on_distance())?;
+    Ok(formula)
+}
+
+/// Refuses a distance to a boundary that the sheet does not have, where `text` reads it.
+pub(super) fn check_distance(sheet: &Sheet, text: &str, reads: bool) -> Result<(), FormulaError> {
+    const NAME: &str = "distance_to_boundary";
+    if !reads {
+        return Ok(());
+    }
+    sheet.distances_to_boundary(false).map(drop).map_err(|message| {
+        let start = text.find(NAME).unwrap_or(0);
+        let help = format!("`{NAME}` is for sheets with a boundary");
+        FormulaError { span: start..start + NAME.len(), message: message.into(), help: Some(help) }
+    })
+}
+
+/// The values of a formula of [`formula_on`] at the vertices or triangles.
+#[must_use]
+pub fn formula_values(
+    formula: &FieldFormula,
+    place: Location,
+    sheet: &Sheet,
+    time: f64,
+) -> Vec<f64> {
+    let distances = distances(sheet, place, formula.depends_on_distance());
+    match place {
+        Location::Vertex => formula.at(Places::with_distances(sheet.rest(), distances), time),
+        _ => formula.at(Places::with_distances(&centroids(sheet), distances), time),
+    }
+}
+
+/// The vertices, with their distances to the boundary if a formula `reads` them.
+pub(super) fn vertex_places(sheet: &Sheet, reads: bool) -> Places<'_> {
+    Places::with_distances(sheet.rest(), distances(sheet, Location::Vertex, reads))
+}
+
+fn distances(sheet: &Sheet, place: Location, reads: bool) -> &[f64] {
+    let distances = |on_triangles| sheet.distances_to_boundary(on_triangles).unwrap_or_default();
+    if reads { distances(place != Location::Vertex) } else { &[] }
 }
 
 /// The numbers of an array of a file, or why not and what would help.

@@ -176,7 +176,7 @@ fn read_field(
     context: &EffectContext<'_>,
 ) -> Result<TimedField, EffectError> {
     match field {
-        Field::Formula(text) => TimedField::formula(text, Location::Vertex, key),
+        Field::Formula(text) => TimedField::formula(context.sheet, text, Location::Vertex, key),
         _ => context.timed_field(field, Location::Vertex, key),
     }
 }

@@ -63,7 +63,7 @@ pub use energy::{
 };
 pub use exchange::Exchange;
 pub use fibre::Fibre;
-pub use field::{Field, Part, Values};
+pub use field::{Field, Part, Values, formula_on, formula_values};
 pub use flow_rule::FlowRule;
 pub use flux::Flux;
 pub use foundation::{Foundation, FoundationTarget};

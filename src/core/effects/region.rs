@@ -1,4 +1,4 @@
-//! Sets of vertices, by their rest positions or numbers, as pins and loads name them.
+//! Sets of vertices or triangles, by rest positions, numbers, or arrays of the mesh file, as pins and loads name them.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ use crate::num::Short;
 use crate::num::checked::{Finite, NonNegative};
 use crate::sheet::Sheet;
 
-/// A set of vertices, by their rest positions or numbers.
+/// A set of vertices or triangles.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Region {
@@ -58,8 +58,25 @@ pub enum Region {
     },
     /// Vertices by number, from 0.
     Vertices(Vec<u32>),
-    /// Vertices that belong to each of several regions.
+    /// Vertices of the triangles of a physical group of a Gmsh mesh.
+    Group(String),
+    /// Vertices, or those of triangles, by the values of an array of the mesh file; exactly one of `equals` and `between`.
+    Array {
+        /// Name of an array of one component.
+        name: String,
+        /// The value there.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        equals: Option<Finite>,
+        /// The least and the greatest value there, both included.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        between: Option<[Finite; 2]>,
+    },
+    /// What belongs to each of several regions.
     AllOf(Vec<Region>),
+    /// What belongs to one or more of several regions.
+    AnyOf(Vec<Region>),
+    /// What does not belong to a region.
+    Not(Box<Region>),
 }
 
 fn along_z() -> [Finite; 3] {
@@ -71,9 +88,9 @@ fn vector(v: &[Finite; 3]) -> Vec3 {
 }
 
 impl Region {
-    /// Whether a point belongs to it, for a region of space.
-    fn has(&self, x: &Vec3) -> Option<bool> {
-        Some(match self {
+    /// Whether a point belongs to it; all points where it is not one of space.
+    fn has(&self, x: &Vec3) -> bool {
+        match self {
             Self::Cuboid { min, max } => (0..3).all(|a| x[a] >= min[a] && x[a] <= max[a]),
             Self::Ball { centre, radius } => (x - Vec3::from(*centre)).norm() <= *radius,
             Self::HalfSpace { point, normal } => (x - vector(point)).dot(&vector(normal)) >= 0.0,
@@ -82,54 +99,73 @@ impl Region {
                 let distance = (x - vector(centre)).cross(&axis).norm();
                 distance >= inner.get() && distance <= outer.get()
             }
-            Self::Boundary | Self::All | Self::Vertices(_) | Self::AllOf(_) => return None,
-        })
+            _ => true,
+        }
+    }
+
+    /// Name and range of the array of the mesh file by which it is given.
+    fn array(&self) -> Option<(&str, [f64; 2])> {
+        match self {
+            Self::Group(name) => Some((name, [1.0; 2])),
+            Self::Array { name, equals, between } => {
+                let range = between.or(equals.map(|value| [value; 2]))?;
+                Some((name, range.map(Finite::get)))
+            }
+            _ => None,
+        }
     }
 
     /// For every vertex of `sheet` whether it belongs to the region.
     #[must_use]
     pub fn mask(&self, sheet: &Sheet) -> Vec<bool> {
-        match self {
-            Self::Boundary => sheet.boundary().to_vec(),
-            Self::Vertices(list) => {
-                let mut list = list.clone();
-                list.sort_unstable();
-                let listed = |i| list.binary_search(&sheet.number(i)).is_ok();
-                (0..sheet.vertex_count()).map(listed).collect()
-            }
-            Self::AllOf(parts) => {
-                let mut mask = vec![true; sheet.vertex_count()];
-                for part in parts {
-                    for (all, one) in mask.iter_mut().zip(part.mask(sheet)) {
-                        *all &= one;
-                    }
-                }
-                mask
-            }
-            _ => sheet.rest().iter().map(|x| self.has(x).unwrap_or(true)).collect(),
-        }
+        self.members(sheet, false)
     }
 
     /// For every triangle of `sheet` whether it belongs to the region: to one of space if its centroid does, to a
     /// set of vertices if one of its corners does.
     #[must_use]
     pub(crate) fn triangle_mask(&self, sheet: &Sheet) -> Vec<bool> {
-        let triangles = sheet.triangles().iter();
+        self.members(sheet, true)
+    }
+
+    /// [`Region::triangle_mask`] or [`Region::mask`].
+    fn members(&self, sheet: &Sheet, on_triangles: bool) -> Vec<bool> {
+        let triangles = sheet.triangles();
+        let of_vertices = |mask: Vec<bool>| match on_triangles {
+            true => triangles.iter().map(|t| t.iter().any(|v| mask[*v as usize])).collect(),
+            false => mask,
+        };
+        let count = if on_triangles { triangles.len() } else { sheet.vertex_count() };
+        let combined = |parts: &[Self], all: bool| {
+            let mut mask = vec![all; count];
+            for part in parts {
+                // A part changes the mask where it is not `all`.
+                let members = mask.iter_mut().zip(part.members(sheet, on_triangles));
+                members.filter(|(_, one)| *one != all).for_each(|(whole, one)| *whole = one);
+            }
+            mask
+        };
         match self {
-            Self::Boundary | Self::Vertices(_) => {
-                let mask = self.mask(sheet);
-                triangles.map(|corners| corners.iter().any(|v| mask[*v as usize])).collect()
+            Self::Boundary => of_vertices(sheet.boundary().to_vec()),
+            Self::Vertices(list) => {
+                let mut list = list.clone();
+                list.sort_unstable();
+                let listed = |i| list.binary_search(&sheet.number(i)).is_ok();
+                of_vertices((0..sheet.vertex_count()).map(listed).collect())
             }
-            Self::AllOf(parts) => {
-                let mut mask = vec![true; sheet.triangle_count()];
-                for part in parts {
-                    for (all, one) in mask.iter_mut().zip(part.triangle_mask(sheet)) {
-                        *all &= one;
-                    }
-                }
-                mask
+            Self::Group(_) | Self::Array { .. } => {
+                let values = self
+                    .array()
+                    .and_then(|(name, range)| sheet.where_array(name, range, on_triangles));
+                values.unwrap_or_else(|| vec![false; count])
             }
-            _ => triangles.map(|c| self.has(&centroid(sheet, c)).unwrap_or(true)).collect(),
+            Self::AllOf(parts) => combined(parts, true),
+            Self::AnyOf(parts) => combined(parts, false),
+            Self::Not(part) => {
+                part.members(sheet, on_triangles).into_iter().map(|one| !one).collect()
+            }
+            _ if on_triangles => triangles.iter().map(|c| self.has(&centroid(sheet, c))).collect(),
+            _ => sheet.rest().iter().map(|x| self.has(x)).collect(),
         }
     }
 
@@ -172,7 +208,7 @@ impl Region {
             message,
             help: Some(help.into()),
         };
-        self.check(sheet).map_err(|(message, help)| refuse(message, help))?;
+        self.check(sheet).map_err(|(message, help)| refuse(message, &help))?;
         let mask = mask(self, sheet);
         if sheet.reduction().any(mask.contains(&true)) {
             Ok(mask)
@@ -199,13 +235,13 @@ impl Region {
         format!("it is {self}; the sheet at rest has {extents}")
     }
 
-    fn check(&self, sheet: &Sheet) -> Result<(), (String, &'static str)> {
+    fn check(&self, sheet: &Sheet) -> Result<(), (String, String)> {
         let [n, _] = sheet.counts_of_whole();
         match self {
             Self::Vertices(list) => match list.iter().find(|v| **v as usize >= n) {
                 Some(v) => Err((
                     format!("vertex {v} does not exist: the sheet has {n}"),
-                    "vertices are numbered from 0",
+                    "vertices are numbered from 0".into(),
                 )),
                 None => Ok(()),
             },
@@ -215,13 +251,39 @@ impl Region {
                 if inner > outer {
                     let (inner, outer) = (inner.get(), outer.get());
                     let message = format!("the ring's inner = {inner} is above outer = {outer}");
-                    return Err((message, "inner and outer are distances from the axis"));
+                    return Err((message, "inner and outer are distances from the axis".into()));
                 }
                 Ok(())
             }
-            Self::AllOf(parts) => parts.iter().try_for_each(|part| part.check(sheet)),
+            Self::Array { name, equals, between } if equals.is_some() == between.is_some() => {
+                let message = format!("the array `{name}` has one of `equals` and `between`");
+                Err((message, format!("as in {{ array = {{ name = {name:?}, equals = 1 }} }}")))
+            }
+            Self::Group(_) | Self::Array { .. } => self.check_array(sheet),
+            Self::AllOf(parts) | Self::AnyOf(parts) => {
+                parts.iter().try_for_each(|part| part.check(sheet))
+            }
+            Self::Not(part) => part.check(sheet),
             Self::Boundary | Self::All | Self::Cuboid { .. } | Self::Ball { .. } => Ok(()),
         }
+    }
+
+    /// Refuses a name that the mesh file does not have.
+    fn check_array(&self, sheet: &Sheet) -> Result<(), (String, String)> {
+        let [points, cells] = sheet.array_names();
+        let (noun, names) = match self {
+            Self::Group(_) => ("physical group", cells),
+            _ => ("array of one component", [points, cells].concat()),
+        };
+        let Some((name, range)) = self.array() else { return Ok(()) };
+        if sheet.where_array(name, range, false).is_some() {
+            return Ok(());
+        }
+        let help = match names.is_empty() {
+            true => format!("it has no {noun}: generated meshes and many formats have none"),
+            false => format!("it has: {}", names.join(", ")),
+        };
+        Err((format!("the mesh has no {noun} `{name}`"), help))
     }
 }
 
@@ -254,19 +316,26 @@ impl fmt::Display for Region {
                 at(axis)
             ),
             Self::Vertices(list) => write!(f, "a list of {} vertices", list.len()),
-            Self::AllOf(parts) => {
-                let parts: Vec<String> = parts.iter().map(ToString::to_string).collect();
-                write!(f, "what these have in common: {}", parts.join("; "))
+            Self::Group(name) => write!(f, "the physical group `{name}`"),
+            Self::Array { name, .. } => {
+                let [least, most] = self.array().unwrap_or_default().1.map(Short);
+                write!(f, "where the array `{name}` is from {least} to {most}")
             }
+            Self::AllOf(parts) | Self::AnyOf(parts) => {
+                let all = matches!(self, Self::AllOf(_));
+                let parts: Vec<String> = parts.iter().map(ToString::to_string).collect();
+                let what = if all { "what these have in common" } else { "what one of these has" };
+                write!(f, "{what}: {}", parts.join("; "))
+            }
+            Self::Not(part) => write!(f, "what is not in: {part}"),
         }
     }
 }
 
-fn direction(name: &str, v: &[Finite; 3]) -> Result<(), (String, &'static str)> {
+fn direction(name: &str, v: &[Finite; 3]) -> Result<(), (String, String)> {
     let length = vector(v).norm();
     if length > 0.0 && length.is_finite() {
-        Ok(())
-    } else {
-        Err((format!("the {name} must be a nonzero vector"), "for example [0, 0, 1]"))
+        return Ok(());
     }
+    Err((format!("the {name} must be a nonzero vector"), "for example [0, 0, 1]".into()))
 }

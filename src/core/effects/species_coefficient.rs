@@ -13,6 +13,7 @@
 //! ∂ċ_i/∂b_i = -Σ_j of these         ∂ċ_i/∂u_i = ½ D'_i Σ_j L_ij (b_j - b_i)
 //! ```
 
+use super::field::vertex_places;
 use super::{Operator, TransportTerm, Values};
 use crate::Vec3;
 use crate::kinetics::formula::SpeciesFormula;
@@ -43,7 +44,8 @@ impl<'a> At<'a> {
         sheet: &Sheet,
         species: &'a [&'a [f64]],
     ) -> Self {
-        let d = formula.at(sheet.rest(), 0.0, |s| species[s]);
+        let places = vertex_places(sheet, formula.depends_on_distance());
+        let d = formula.at(places, 0.0, |s| species[s]);
         Self { term, formula, species, d }
     }
 
@@ -66,7 +68,8 @@ impl<'a> At<'a> {
     }
 
     fn slopes(&self, sheet: &Sheet) -> Vec<Vec<f64>> {
-        self.formula.slopes(sheet.rest(), 0.0, |s| self.species[s])
+        let places = vertex_places(sheet, self.formula.depends_on_distance());
+        self.formula.slopes(places, 0.0, |s| self.species[s])
     }
 }
 

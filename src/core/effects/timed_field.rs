@@ -8,12 +8,11 @@
 
 use std::borrow::Cow;
 
-use super::field::{centroids, noun};
+use super::field::{formula_on, formula_values, noun, vertex_places};
 use super::{EffectContext, EffectError, Field, Values};
-use crate::Vec3;
 use crate::kinetics::Location;
 use crate::kinetics::breakpoints::{TimeDependence, sampled};
-use crate::kinetics::formula::{self, FieldFormula};
+use crate::kinetics::formula::{self, FieldFormula, Places};
 use crate::num::checked::Checked;
 use crate::sheet::Sheet;
 
@@ -35,11 +34,12 @@ impl TimedField {
     /// # Errors
     /// If the text is not a formula of position and time.
     pub(super) fn formula(
+        sheet: &Sheet,
         text: &str,
         place: Location,
         key: &'static str,
     ) -> Result<Self, EffectError> {
-        let formula = FieldFormula::new(text, true);
+        let formula = formula_on(sheet, text, true);
         let formula = formula.map_err(|e| EffectError { key, message: e.message, help: e.help })?;
         Ok(Self::Formula(Box::new(formula), place))
     }
@@ -53,11 +53,8 @@ impl TimedField {
     pub(super) fn at(&self, sheet: &Sheet, time: f64) -> Cow<'_, Values> {
         match self {
             Self::Given(values) => Cow::Borrowed(values),
-            Self::Formula(formula, Location::Vertex) => {
-                Cow::Owned(Values::Each(formula.at(sheet.rest(), time)))
-            }
-            Self::Formula(formula, _) => {
-                Cow::Owned(Values::Each(formula.at(&centroids(sheet), time)))
+            Self::Formula(formula, place) => {
+                Cow::Owned(Values::Each(formula_values(formula, *place, sheet, time)))
             }
         }
     }
@@ -75,7 +72,7 @@ impl EffectContext<'_> {
         key: &'static str,
     ) -> Result<TimedField, EffectError> {
         if let Field::Formula(text) = field {
-            let timed = TimedField::formula(text, place, key)?;
+            let timed = TimedField::formula(self.sheet, text, place, key)?;
             if timed.depends_on_time() {
                 let start = timed.at(self.sheet, 0.0);
                 if let Values::Each(all) = &*start
@@ -106,10 +103,13 @@ pub(super) fn time_dependence<'a>(
     let mut found = TimeDependence::default();
     for field in fields {
         if let Field::Formula(text) = field {
-            match FieldFormula::new(text, true) {
+            match FieldFormula::on_sheet(text, true) {
                 Ok(formula) => add(&formula, sheet, until, &mut found),
                 // It may read species.
-                Err(_) => formula::time_dependence(text, sheet.rest(), until, &mut found),
+                Err(_) => {
+                    let reads = text.contains("distance_to_boundary");
+                    formula::time_dependence(text, vertex_places(sheet, reads), until, &mut found);
+                }
             }
         }
     }
@@ -120,14 +120,16 @@ fn add(formula: &FieldFormula, sheet: &Sheet, until: f64, found: &mut TimeDepend
     if !formula.depends_on_time() {
         return;
     }
-    let vertices = if formula.depends_on_position() { sheet.rest() } else { &sheet.rest()[..1] };
-    formula.time_dependence(vertices, until, found);
-    let some: Vec<Vec3> =
-        vertices.iter().step_by(vertices.len().div_ceil(SAMPLED_VERTICES)).copied().collect();
+    let places = match formula.depends_on_position() {
+        true => vertex_places(sheet, formula.depends_on_distance()),
+        false => sheet.rest()[..1].into(),
+    };
+    formula.time_dependence(places, until, found);
+    let (some, distances) = places.some(sheet.vertex_count().div_ceil(SAMPLED_VERTICES));
     let values = |times: &[f64]| {
         let mut columns = vec![Vec::with_capacity(times.len()); some.len()];
         for time in times {
-            let values = formula.at(&some, *time);
+            let values = formula.at(Places::with_distances(&some, &distances), *time);
             columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
         }
         columns.iter().flatten().all(|value| value.is_finite()).then_some(columns)

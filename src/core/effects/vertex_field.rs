@@ -9,6 +9,7 @@
 
 use std::borrow::Cow;
 
+use super::field::{check_distance, vertex_places};
 use super::{EffectContext, EffectError, Field, Measure, Values};
 use crate::geometry::Conditions;
 use crate::kinetics::Location;
@@ -46,10 +47,9 @@ impl VertexField {
         match self {
             Self::Given(values) => Cow::Borrowed(values),
             Self::Formula(formula) => {
-                let rest = conditions.sheet.rest();
-                Cow::Owned(Values::Each(
-                    formula.at(rest, conditions.time, |s| conditions.species(s)),
-                ))
+                let places = vertex_places(conditions.sheet, formula.depends_on_distance());
+                let values = formula.at(places, conditions.time, |s| conditions.species(s));
+                Cow::Owned(Values::Each(values))
             }
         }
     }
@@ -60,7 +60,8 @@ impl VertexField {
         match self {
             Self::Given(_) => Vec::new(),
             Self::Formula(formula) => {
-                formula.slopes(conditions.sheet.rest(), conditions.time, |s| conditions.species(s))
+                let places = vertex_places(conditions.sheet, formula.depends_on_distance());
+                formula.slopes(places, conditions.time, |s| conditions.species(s))
             }
         }
     }
@@ -96,11 +97,10 @@ impl EffectContext<'_> {
         let Field::Formula(text) = field else { return Ok(None) };
         let species = self.kinetics.map_or(&[][..], |(law, _)| &law.species);
         let species: Vec<&str> = species.iter().map(|s| s.name.as_str()).collect();
-        let formula = SpeciesFormula::new(text, &species, timed).map_err(|e| EffectError {
-            key,
-            message: e.message,
-            help: e.help,
-        })?;
+        let formula = SpeciesFormula::new(text, &species, timed).and_then(|formula| {
+            check_distance(self.sheet, text, formula.depends_on_distance()).map(|()| formula)
+        });
+        let formula = formula.map_err(|e| EffectError { key, message: e.message, help: e.help })?;
         let reads = !formula.species().is_empty() || formula.depends_on_time();
         Ok(reads.then_some(formula))
     }

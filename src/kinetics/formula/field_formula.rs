@@ -1,4 +1,4 @@
-//! Formulas of position and time: `f(x, y, z, t)` at given points.
+//! Formulas of position and time: `f(x, y, z, t)` at given points, on a sheet also of the distance to its boundary.
 
 use super::graph::Graph;
 use super::kinks::Kinks;
@@ -9,12 +9,78 @@ use crate::breakpoints::TimeDependence;
 use crate::error::nearest;
 use rumple_numerics::Vec3;
 
-/// The names of the rest position.
-pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
-/// Inputs of a [`FieldFormula`].
-pub(super) const NAMES: [&str; 4] = ["x", "y", "z", "t"];
-/// The number of the time among them.
+/// Inputs of a formula on a sheet, by their numbers.
+pub(super) const NAMES: [&str; 5] = ["x", "y", "z", "t", "distance_to_boundary"];
+/// The numbers of the time and of the distance among them.
 pub(super) const TIME: u32 = 3;
+pub(super) const DISTANCE: u32 = 4;
+
+/// The names that a formula can read.
+pub(super) fn known_names(
+    timed: bool,
+    on_sheet: bool,
+) -> impl Iterator<Item = &'static str> + Clone {
+    let read = move |k: u32| match k {
+        TIME => timed,
+        DISTANCE => on_sheet,
+        _ => true,
+    };
+    (0..).zip(NAMES).filter(move |(k, _)| read(*k)).map(|(_, name)| name)
+}
+
+/// Points with their distances to the boundary of the sheet, which are needed where a formula reads them.
+#[derive(Debug, Clone, Copy)]
+pub struct Places<'a> {
+    points: &'a [Vec3],
+    distances: &'a [f64],
+}
+
+impl<'a, P: AsRef<[Vec3]> + ?Sized> From<&'a P> for Places<'a> {
+    fn from(points: &'a P) -> Self {
+        Self { points: points.as_ref(), distances: &[] }
+    }
+}
+
+impl<'a> Places<'a> {
+    /// The points with these distances, one each or none at all.
+    #[must_use]
+    pub fn with_distances(points: &'a [Vec3], distances: &'a [f64]) -> Self {
+        Self { points, distances }
+    }
+
+    /// Every `step`-th of them.
+    #[must_use]
+    pub fn some(&self, step: usize) -> (Vec<Vec3>, Vec<f64>) {
+        let points = self.points.iter().step_by(step).copied().collect();
+        (points, self.distances.iter().step_by(step).copied().collect())
+    }
+
+    /// How many there are.
+    pub(super) fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// The input of this number at a point; that of the time is of no use.
+    fn input(&self, k: usize, point: usize) -> f64 {
+        match k {
+            0..3 => self.points[point][k],
+            _ => self.distances.get(point).copied().unwrap_or(f64::NAN),
+        }
+    }
+
+    /// The coordinates as inputs.
+    pub(super) fn columns(&self) -> [Vec<f64>; 3] {
+        [0, 1, 2].map(|k| self.points.iter().map(|point| point[k]).collect())
+    }
+
+    /// The distances as an input.
+    pub(super) fn distances(&self) -> Column<'a> {
+        match self.distances.is_empty() {
+            true => Column::uniform(&f64::NAN),
+            false => self.distances.into(),
+        }
+    }
+}
 
 /// A formula of the rest position `x`, `y`, `z` and, if it may, the time `t`.
 #[derive(Debug, Clone)]
@@ -23,6 +89,7 @@ pub struct FieldFormula {
     kinks: Kinks,
     placed: bool,
     timed: bool,
+    distance: bool,
 }
 
 impl FieldFormula {
@@ -31,39 +98,58 @@ impl FieldFormula {
     /// # Errors
     /// If the text is not a formula, or mentions anything else.
     pub fn new(text: &str, timed: bool) -> Result<Self, FormulaError> {
-        let names = &NAMES[..if timed { 4 } else { 3 }];
+        Self::of(text, timed, false)
+    }
+
+    /// Like [`FieldFormula::new`], where `distance_to_boundary` is a name as well.
+    ///
+    /// # Errors
+    /// As for [`FieldFormula::new`].
+    pub fn on_sheet(text: &str, timed: bool) -> Result<Self, FormulaError> {
+        Self::of(text, timed, true)
+    }
+
+    fn of(text: &str, timed: bool, on_sheet: bool) -> Result<Self, FormulaError> {
+        let names = known_names(timed, on_sheet);
         let mut graph = Graph::of(text.len());
         let tree = parse::parse(text)?;
-        let (mut placed, mut varying) = (false, false);
+        let mut read = [false; NAMES.len()];
         let id = graph.insert(&tree, &mut |graph, name| {
             if name == "pi" {
                 return Ok(graph.constant(std::f64::consts::PI));
             }
-            match names.iter().position(|known| *known == name) {
-                Some(k) => {
-                    placed |= k < 3;
-                    varying |= k == 3;
-                    Ok(graph.input(rumple_numerics::num::index(k)))
-                }
-                None => {
-                    let time = if timed { ", t (time)" } else { "" };
-                    Err(match nearest(name, names.iter().copied()) {
-                        Some(near) => {
-                            format!("did you mean `{near}`? There are {}, pi", names.join(", "))
-                        }
-                        None => format!("there are x, y, z (rest position, length){time} and pi"),
-                    })
-                }
+            if names.clone().any(|known| known == name)
+                && let Some(k) = NAMES.iter().position(|known| *known == name)
+            {
+                read[k] = true;
+                return Ok(graph.input(rumple_numerics::num::index(k)));
             }
+            let time = if timed { ", t (time)" } else { "" };
+            let distance = if on_sheet { ", distance_to_boundary" } else { "" };
+            Err(match nearest(name, names.clone()) {
+                Some(near) => {
+                    let all: Vec<&str> = names.clone().collect();
+                    format!("did you mean `{near}`? There are {}, pi", all.join(", "))
+                }
+                None => format!("there are x, y, z (rest position, length){time}{distance} and pi"),
+            })
         })?;
+        let [x, y, z, varying, distance] = read;
+        let placed = x || y || z || distance;
         let kinks = Kinks::of(&mut graph, &[id], (TIME, !placed), |_| true);
-        Ok(Self { program: Program::new(&graph, &[id]), kinks, placed, timed: varying })
+        Ok(Self { program: Program::new(&graph, &[id]), kinks, placed, timed: varying, distance })
     }
 
     /// Whether it reads the position.
     #[must_use]
     pub fn depends_on_position(&self) -> bool {
         self.placed
+    }
+
+    /// Whether it reads the distance to the boundary.
+    #[must_use]
+    pub fn depends_on_distance(&self) -> bool {
+        self.distance
     }
 
     /// Whether it reads the time.
@@ -74,26 +160,38 @@ impl FieldFormula {
 
     /// Adds the times from 0 to `until` at which it has a kink or a jump at some of `points`, and its course between
     /// these; whether they are all.
-    pub fn time_dependence(&self, points: &[Vec3], until: f64, found: &mut TimeDependence) -> bool {
-        self.kinks.at_points(until, points.len(), |axis, point| points[point][axis], found)
+    pub fn time_dependence<'a>(
+        &self,
+        places: impl Into<Places<'a>>,
+        until: f64,
+        found: &mut TimeDependence,
+    ) -> bool {
+        let places = places.into();
+        self.kinks.at_points(until, places.len(), |k, point| places.input(k, point), found)
     }
 
     /// Its values at all points.
     #[must_use]
-    pub fn at(&self, points: &[Vec3], time: f64) -> Vec<f64> {
-        let columns: Vec<Vec<f64>> =
-            (0..3).map(|k| points.iter().map(|point| point[k]).collect()).collect();
+    pub fn at<'a>(&self, places: impl Into<Places<'a>>, time: f64) -> Vec<f64> {
+        let places = places.into();
+        let columns = places.columns();
         let mut inputs: Vec<Column<'_>> = columns.iter().map(Into::into).collect();
-        inputs.push(Column::uniform(&time));
-        let mut values = vec![0.0; points.len()];
-        self.program.run(&inputs, points.len(), &mut [&mut values]);
+        inputs.extend([Column::uniform(&time), places.distances()]);
+        let mut values = vec![0.0; places.len()];
+        self.program.run(&inputs, places.len(), &mut [&mut values]);
         values
     }
 }
 
 /// Adds what [`FieldFormula::time_dependence`] does, of a formula that reads other names as well: of its parts that read
 /// none of these.
-pub fn time_dependence(text: &str, points: &[Vec3], until: f64, found: &mut TimeDependence) {
+pub fn time_dependence<'a>(
+    text: &str,
+    places: impl Into<Places<'a>>,
+    until: f64,
+    found: &mut TimeDependence,
+) {
+    let places = places.into();
     let mut graph = Graph::of(text.len());
     let Ok(tree) = parse::parse(text) else { return };
     let id = graph.insert(&tree, &mut |graph, name| {
@@ -104,15 +202,8 @@ pub fn time_dependence(text: &str, points: &[Vec3], until: f64, found: &mut Time
         })
     });
     if let Ok(id) = id {
-        let kinks = Kinks::of(&mut graph, &[id], (TIME, false), |input| input < TIME);
-        kinks.at_points(until, points.len(), |axis, point| points[point][axis], found);
+        let fixed = |input| input < TIME || input == DISTANCE;
+        let kinks = Kinks::of(&mut graph, &[id], (TIME, false), fixed);
+        kinks.at_points(until, places.len(), |k, point| places.input(k, point), found);
     }
-}
-
-/// The values of a formula of `x`, `y` and `z` at all points.
-///
-/// # Errors
-/// If the text is not a formula, or mentions anything else.
-pub fn over_positions(text: &str, points: &[Vec3]) -> Result<Vec<f64>, FormulaError> {
-    Ok(FieldFormula::new(text, false)?.at(points, 0.0))
 }

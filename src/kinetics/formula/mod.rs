@@ -25,7 +25,7 @@ mod time_graph;
 pub(crate) use course::FormulaCourse;
 pub use parse::{FUNCTIONS, FormulaError, Function};
 
-pub use field_formula::{FieldFormula, over_positions, time_dependence};
+pub use field_formula::{FieldFormula, Places, time_dependence};
 pub use species::SpeciesFormula;
 
 use graph::{Graph, Id, TooLarge};

@@ -16,6 +16,9 @@ pub(super) const UNKNOWN_WORD: &str = "?";
 /// Tables and lists within one another that are described; regions of a field of a drag have ten.
 const MAX_DEPTH: usize = 12;
 
+/// Keys of regions that are made of others.
+const COMBINATIONS: [&str; 3] = ["all-of", "any-of", "not"];
+
 /// Texts of which every free text takes one: any, an axis, a formula.
 const FREE_TEXTS: [&str; 4] = [UNKNOWN_WORD, "x", "1", "a.vtu"];
 
@@ -62,14 +65,11 @@ impl Probe {
         below
     }
 
-    /// Whether the last key stands right within one of the same name, as in regions of regions: described once.
+    /// Whether it stands in a region of a region of a region: regions within others are described once.
     fn recurs(&self) -> bool {
-        let mut keys = self.steps.iter().rev().filter_map(|step| match step {
-            Step::Key(key, _) => Some(key),
-            Step::Item => None,
-        });
-        let last = keys.next();
-        matches!(self.steps.last(), Some(Step::Key(..))) && keys.next() == last
+        let combines = |step: &&Step| matches!(step, Step::Key(key, _) if COMBINATIONS.contains(&key.as_str()));
+        self.steps.last().as_ref().is_some_and(combines)
+            && self.steps.iter().filter(combines).count() > 1
     }
 
     /// What is wrong if `value` stands here, wherever it is wrong.

@@ -12,10 +12,12 @@ use std::collections::HashMap;
 use std::fmt;
 use std::hash::Hash;
 use std::path::Path;
+use std::sync::Arc;
 
 use rumple_numerics::Vec3;
 use serde::Serialize;
 
+use super::attributes::Attributes;
 use super::quality::{ZERO_QUALITY, triangle_quality};
 use super::surface::Surface;
 use crate::{Sheet, SheetError};
@@ -318,15 +320,16 @@ impl Surface {
     ///
     /// # Errors
     /// The first fatal finding of [`examine`], with the file's name where there is one.
-    pub fn into_sheet(self) -> Result<(Sheet, Vec<Finding>), SheetError> {
+    pub fn into_sheet(mut self) -> Result<(Sheet, Vec<Finding>), SheetError> {
         let (findings, triangles) = examine(&self);
-        let path = self.path;
+        let path = self.path.take();
         if let Some(fatal) = findings.iter().find(|f| f.fatal) {
             return Err(refusal(path.as_deref(), fatal.to_string()));
         }
+        let attributes = Attributes::of(&mut self, &triangles);
         let sheet = Sheet::new(self.points, triangles)
             .map_err(|e| refusal(path.as_deref(), e.to_string()))?;
-        Ok((sheet, findings))
+        Ok((sheet.with_attributes(attributes.map(Arc::new)), findings))
     }
 }
 

@@ -5,6 +5,11 @@ use rand_chacha::ChaCha8Rng;
 use rumple_numerics::Vec3;
 use rumple_numerics::num::index;
 
+/// Smallest quality that a generated triangle may have; below it another random start is tried.
+///
+/// Relaxed meshes come out at 0.7-0.8, so this rejects accidents only.
+pub(super) const MIN_QUALITY: f64 = 0.6;
+
 /// A surface to be filled with vertices, in coordinates where distances are true.
 ///
 /// The first vertices are fixed ones: those of the boundary, then others that the shape needs.
@@ -21,6 +26,14 @@ pub(super) trait Domain {
     fn edge(&self) -> f64;
     /// χ of the finished mesh.
     fn euler_characteristic(&self) -> i64;
+    /// Least quality of a triangle.
+    fn least_quality(&self) -> f64 {
+        MIN_QUALITY
+    }
+    /// Whether a triangle with this centroid may have all its vertices on the boundary.
+    fn may_span(&self, _centroid: Vec3) -> bool {
+        false
+    }
     /// Corners of a box around the domain.
     fn bounds(&self) -> [Vec3; 2];
     /// A random point, uniform in area; `None` where a free vertex may not start.

@@ -7,11 +7,6 @@ use super::domain::Domain;
 use super::{noise, order, relax};
 use crate::{Sheet, SheetError, quality};
 
-/// Smallest quality that a generated triangle may have; below it another random start is tried.
-///
-/// Relaxed meshes come out at 0.7-0.8, so this rejects accidents only.
-const MIN_QUALITY: f64 = 0.6;
-
 /// Random starts before a shape is declared impossible at the asked number of vertices.
 const MAX_ATTEMPTS: u64 = 8;
 
@@ -79,14 +74,16 @@ pub(super) fn accept(sheet: Sheet, domain: &impl Domain) -> Result<Sheet, String
     }
     for tri in sheet.triangles() {
         let corners = tri.map(|v| sheet.rest()[v as usize]);
-        let [x, y, z] = (corners.iter().sum::<Vec3>() / 3.0).into();
+        let centroid = corners.iter().sum::<Vec3>() / 3.0;
+        let [x, y, z] = centroid.into();
         let near = || format!("the triangle at ({x:.3}, {y:.3}, {z:.3})");
-        if tri.iter().all(|&v| sheet.boundary()[v as usize]) {
+        if !domain.may_span(centroid) && tri.iter().all(|&v| sheet.boundary()[v as usize]) {
             return Err(format!("{} has all its vertices on the boundary", near()));
         }
         let q = quality::triangle_quality(corners);
-        if q < MIN_QUALITY {
-            return Err(format!("{} has quality {q:.3}, below {MIN_QUALITY}", near()));
+        let least = domain.least_quality();
+        if q < least {
+            return Err(format!("{} has quality {q:.3}, below {least:.3}", near()));
         }
     }
     Ok(sheet)

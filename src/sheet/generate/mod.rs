@@ -17,7 +17,9 @@ mod irregular;
 pub(super) mod lattice;
 mod noise;
 mod order;
+mod outline;
 mod planar;
+mod polygon;
 mod relax;
 mod sphere;
 
@@ -59,6 +61,14 @@ pub enum Shape {
         inner: f64,
         /// Radius of the outer boundary.
         outer: f64,
+    },
+    /// A flat polygon with holes in the plane z = 0, normal +z.
+    Polygon {
+        /// Corners of the outline in order, in either direction.
+        points: Vec<[f64; 2]>,
+        /// Corners of each hole.
+        #[serde(default)]
+        holes: Vec<Vec<[f64; 2]>>,
     },
     /// A closed sphere around the origin, normals outward.
     Sphere {
@@ -119,6 +129,7 @@ impl Shape {
             Self::Rectangle { width, height } | Self::Lattice { width, height } => {
                 vec![("width", width), ("height", height)]
             }
+            Self::Polygon { .. } => Vec::new(),
             Self::Annulus { inner, outer } => vec![("inner", inner), ("outer", outer)],
             Self::Cylinder { radius, height, .. } | Self::Cap { radius, height } => {
                 vec![("radius", radius), ("height", height)]
@@ -142,8 +153,8 @@ impl Shape {
 /// different meshes (but for these two).
 ///
 /// # Errors
-/// Sizes that are not positive and finite, an annulus whose hole is not smaller than the disc, and
-/// numbers of vertices too small for the shape or too large for 32-bit indices.
+/// Sizes that are not positive and finite, an annulus whose hole is not smaller than the disc, a polygon that crosses
+/// itself or has a hole outside, and numbers of vertices too small for the shape or too large for 32-bit indices.
 pub fn generate(shape: &Shape, vertices: usize, seed: u64) -> Result<Sheet, SheetError> {
     check(&shape.sizes(), vertices)?;
     match *shape {
@@ -154,6 +165,9 @@ pub fn generate(shape: &Shape, vertices: usize, seed: u64) -> Result<Sheet, Shee
         Shape::Lattice { width, height } => Lattice::new([width, height], vertices)?.sheet(),
         Shape::Annulus { inner, outer } => {
             irregular(&planar::annulus(inner, outer, vertices)?, vertices, seed)
+        }
+        Shape::Polygon { ref points, ref holes } => {
+            irregular(&polygon::Polygon::new(points, holes, vertices)?, vertices, seed)
         }
         Shape::Sphere { radius, irregular: true } => {
             irregular(&sphere::Ball::new(radius, vertices)?, vertices, seed)

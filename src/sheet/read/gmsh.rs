@@ -1,7 +1,7 @@
 //! Gmsh's MSH formats 2 (2.0 to 2.2) and 4 (4.0, 4.1), text or binary.
 //!
-//! Triangles and quadrangles are read. Points and lines, which Gmsh writes for the boundary, are left aside, and so are
-//! nodes of no triangle (centres of arcs) and all sections but nodes and elements. Vertices keep the order of the file,
+//! Triangles and quadrangles are read, with the physical groups that they belong to. Points and lines, which Gmsh writes
+//! for the boundary, are left aside, and so are nodes of no triangle (centres of arcs) and all other sections. Vertices keep the order of the file,
 //! not the numbers that Gmsh gives nodes. Gmsh reference manual, "Gmsh file formats",
 //! <https://gmsh.info/doc/texinfo/gmsh.html#Gmsh-file-formats>.
 
@@ -10,6 +10,7 @@ use std::collections::HashMap;
 use rumple_numerics::Vec3;
 use rumple_numerics::num::index;
 
+use super::physical_groups::PhysicalGroups;
 use super::polygons::Polygons;
 use super::stream::{Coding, Scalar, Stream};
 use crate::Surface;
@@ -33,6 +34,7 @@ struct Mesh<'a> {
     nodes: HashMap<usize, u32>,
     polygons: Polygons,
     polygon_lines: Vec<u32>,
+    groups: PhysicalGroups,
     ignored: usize,
 }
 
@@ -48,6 +50,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
         nodes: HashMap::new(),
         polygons: Polygons::default(),
         polygon_lines: Vec::new(),
+        groups: PhysicalGroups::default(),
         ignored: 0,
     };
     let (mut nodes, mut elements) = (false, false);
@@ -59,6 +62,15 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
                 .fault(format!("expected a section as $Nodes, found \"{word}\"")));
         };
         match name {
+            "PhysicalNames" => {
+                let count = mesh.text_count("the number of physical groups")?;
+                mesh.groups.read_names(&mut mesh.stream, count)?;
+            }
+            "Entities" if version != Version::Two => {
+                mesh.begin()?;
+                let box_of_point = version == Version::Four;
+                mesh.groups.read_entities(&mut mesh.stream, box_of_point)?;
+            }
             "Nodes" => {
                 mesh.begin()?;
                 mesh.nodes()?;
@@ -175,8 +187,15 @@ impl Mesh<'_> {
     }
 
     /// An entity's number, which may be negative.
-    fn tag(&mut self, what: &str) -> Result<(), String> {
-        self.stream.integer(Scalar::I32, what).map(drop)
+    fn tag(&mut self, what: &str) -> Result<i64, String> {
+        self.stream.integer(Scalar::I32, what)
+    }
+
+    /// The tags of an element of version 2, of which the first is its physical group, or 0.
+    fn first_tag(&mut self, count: usize, what: &str) -> Result<i64, String> {
+        let first = if count > 0 { self.tag(what)? } else { 0 };
+        (1..count).try_for_each(|_| self.tag(what).map(drop))?;
+        Ok(first)
     }
 
     /// The number of a node or element: of 64 bits in version 4.1, 32 bits in others.
@@ -212,7 +231,7 @@ impl Mesh<'_> {
         let blocks = self.blocks("node")?;
         for block in 0..blocks {
             let what = format!("block {block} of the nodes");
-            let dimension = self.block_head(&what)?;
+            let (dimension, _) = self.block_head(&what)?;
             let parameters = self.int(&what)?;
             let parameters = if parameters > 0 { dimension } else { 0 };
             let count = self.size(&what)?;
@@ -255,15 +274,13 @@ impl Mesh<'_> {
         Ok(())
     }
 
-    /// Entity of a block; returns its dimension.
-    fn block_head(&mut self, what: &str) -> Result<usize, String> {
+    /// Dimension and number of the entity of a block.
+    fn block_head(&mut self, what: &str) -> Result<(usize, i64), String> {
         if self.version == Version::FourOne {
-            let dimension = self.int(what)?;
-            self.tag(what)?;
-            return Ok(dimension);
+            return Ok((self.int(what)?, self.tag(what)?));
         }
-        self.tag(what)?;
-        self.int(what)
+        let entity = self.tag(what)?;
+        Ok((self.int(what)?, entity))
     }
 
     /// Coordinates of the node with this number.
@@ -311,13 +328,13 @@ impl Mesh<'_> {
         let blocks = self.blocks("element")?;
         for block in 0..blocks {
             let what = format!("block {block} of the elements");
-            self.block_head(&what)?;
+            let (_, entity) = self.block_head(&what)?;
             let kind = self.int(&what)?;
             let (corners, area) = self.kind(kind, &what)?;
             let count = self.size(&what)?;
             for _ in 0..count {
                 self.number(&what)?;
-                self.corners(corners, area, &what)?;
+                self.corners((corners, area), entity, &what)?;
             }
         }
         Ok(())
@@ -330,8 +347,8 @@ impl Mesh<'_> {
             let kind = self.int(&what)?;
             let (corners, area) = self.kind(kind, &what)?;
             let tags = self.int(&what)?;
-            (0..tags).try_for_each(|_| self.tag(&what))?;
-            self.corners(corners, area, &what)?;
+            let group = self.first_tag(tags, &what)?;
+            self.corners((corners, area), group, &what)?;
         }
         Ok(())
     }
@@ -346,8 +363,8 @@ impl Mesh<'_> {
             let tags = self.int(&what)?;
             for _ in 0..follow {
                 self.int(&what)?;
-                (0..tags).try_for_each(|_| self.tag(&what))?;
-                self.corners(corners, area, &what)?;
+                let group = self.first_tag(tags, &what)?;
+                self.corners((corners, area), group, &what)?;
             }
             // At least one, so that a head without elements does not stand still.
             read += follow.max(1);
@@ -360,8 +377,13 @@ impl Mesh<'_> {
             .map_err(|name| self.stream.fault(format!("{what}: element type {kind} is {name}")))
     }
 
-    /// The nodes of one element.
-    fn corners(&mut self, corners: usize, area: bool, what: &str) -> Result<(), String> {
+    /// The nodes of one element, of a kind with so many and an area or none, of an entity or physical group.
+    fn corners(
+        &mut self,
+        (corners, area): (usize, bool),
+        entity: i64,
+        what: &str,
+    ) -> Result<(), String> {
         let mut found = [0; 4];
         for corner in &mut found[..corners] {
             let number = self.number(what)?;
@@ -374,6 +396,7 @@ impl Mesh<'_> {
         }
         if area {
             self.polygons.push(found[..corners].iter().copied());
+            self.groups.push(entity);
             self.polygon_lines.push(index(self.stream.number()));
         } else {
             self.ignored += 1;
@@ -383,7 +406,7 @@ impl Mesh<'_> {
 
     /// The triangles with the nodes that they use.
     fn surface(self) -> Result<Surface, String> {
-        let Self { stream, points, lines, polygons, polygon_lines, ignored, .. } = self;
+        let Self { stream, points, lines, polygons, polygon_lines, groups, ignored, .. } = self;
         let text = stream.coding == Coding::Text;
         let found = polygons.triangles(&points, |k| match text {
             true => format!("line {}: the element", polygon_lines[k]),
@@ -391,6 +414,8 @@ impl Mesh<'_> {
         })?;
         let mut surface = Surface::default();
         surface.notes.extend(found.note());
+        let of = |t: usize| found.polygon.get(t).map_or(t, |&polygon| polygon as usize);
+        groups.finish(&mut surface, (0..found.corners.len()).map(of));
         if ignored > 0 {
             surface
                 .notes

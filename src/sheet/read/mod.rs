@@ -8,6 +8,7 @@ mod gmsh;
 mod legacy;
 mod model;
 mod obj;
+mod physical_groups;
 mod ply;
 mod polygons;
 pub mod pvtu;
