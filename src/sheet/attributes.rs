@@ -1,28 +1,7 @@
 //! Arrays of a mesh file, by whose values vertices and triangles are chosen.
 
-use crate::surface::named;
-use crate::{Array, Sheet, Surface};
-
-/// The arrays of one component, of the whole sheet.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Attributes {
-    /// On points and on cells.
-    arrays: [Vec<Array>; 2],
-    /// Those of the whole sheet, which a part does not have.
-    triangles: Vec<[u32; 3]>,
-}
-
-impl Attributes {
-    /// Takes the arrays out of `surface`, whose triangles are `triangles`; `None` without any.
-    pub(crate) fn of(surface: &mut Surface, triangles: &[[u32; 3]]) -> Option<Self> {
-        let arrays = [&mut surface.point_arrays, &mut surface.cell_arrays].map(|arrays| {
-            arrays.retain(|array| array.components == 1);
-            std::mem::take(arrays)
-        });
-        let any = arrays.iter().any(|arrays| !arrays.is_empty());
-        any.then(|| Self { arrays, triangles: triangles.to_vec() })
-    }
-}
+use crate::surface::{Attributes, named};
+use crate::{Array, Sheet};
 
 impl Sheet {
     /// The names of the arrays of one component that the mesh file has: on points, on cells.

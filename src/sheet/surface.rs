@@ -58,3 +58,24 @@ impl Surface {
         named(&self.cell_arrays, name)
     }
 }
+
+/// The arrays of one component, of the whole sheet.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Attributes {
+    /// On points and on cells.
+    pub(crate) arrays: [Vec<Array>; 2],
+    /// Those of the whole sheet, which a part does not have.
+    pub(crate) triangles: Vec<[u32; 3]>,
+}
+
+impl Attributes {
+    /// Takes the arrays out of `surface`, whose triangles are `triangles`; `None` without any.
+    pub(crate) fn of(surface: &mut Surface, triangles: &[[u32; 3]]) -> Option<Self> {
+        let arrays = [&mut surface.point_arrays, &mut surface.cell_arrays].map(|arrays| {
+            arrays.retain(|array| array.components == 1);
+            std::mem::take(arrays)
+        });
+        let any = arrays.iter().any(|arrays| !arrays.is_empty());
+        any.then(|| Self { arrays, triangles: triangles.to_vec() })
+    }
+}

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
-use super::attributes::Attributes;
+use super::surface::Attributes;
 use rumple_numerics::Vec3;
 use rumple_numerics::num::index;
 use rumple_numerics::parallel::element_blocks::ElementBlocks;

@@ -17,9 +17,8 @@ use std::sync::Arc;
 use rumple_numerics::Vec3;
 use serde::Serialize;
 
-use super::attributes::Attributes;
 use super::quality::{ZERO_QUALITY, triangle_quality};
-use super::surface::Surface;
+use super::surface::{Attributes, Surface};
 use crate::{Sheet, SheetError};
 use graph::Edges;
 
