@@ -9,7 +9,7 @@ use std::ffi::OsStr;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Command, Output, Stdio};
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
@@ -250,27 +250,7 @@ fn drawn(
     let failed = |error: std::io::Error| refused(&beside, &error.to_string());
     let folder = tempfile::Builder::new().prefix("rumple-picture-").tempdir_in(&beside);
     let folder = folder.map_err(failed)?;
-    let file = folder.path().join("page.html");
-    fs::write(&file, &page.html).map_err(failed)?;
-    let mut command = Command::new(&browser);
-    command.args([
-        "--headless",
-        "--disable-dev-shm-usage",
-        "--no-first-run",
-        "--use-angle=swiftshader",
-    ]);
-    command.args(["--enable-unsafe-swiftshader", "--dump-dom"]);
-    // Chromium's sandbox refuses to run as root.
-    #[cfg(unix)]
-    if rustix::process::geteuid().is_root() {
-        command.arg("--no-sandbox");
-    }
-    command.arg(format!("--user-data-dir={}", folder.path().join("profile").display()));
-    command.arg(format!("file://{}", file.display()));
-    let output = command
-        .stdin(Stdio::null())
-        .output()
-        .map_err(|error| refused(&browser, &error.to_string()))?;
+    let output = dumped(&browser, folder.path(), &page.html)?;
     let text = String::from_utf8_lossy(&output.stdout);
     let answer =
         text.split("<pre id=\"pictures\">").nth(1).and_then(|rest| rest.split("</pre>").next());
@@ -291,6 +271,28 @@ fn drawn(
     let all: Option<Vec<_>> = answer.lines().map(line).collect();
     all.filter(|all| !all.is_empty())
         .ok_or_else(|| refused(&browser, "drew a picture that is cut off"))
+}
+
+/// What the browser prints of a page in `folder` once its script has run.
+fn dumped(browser: &Path, folder: &Path, html: &str) -> Result<Output> {
+    let file = folder.join("page.html");
+    fs::write(&file, html).map_err(|error| refused(folder, &error.to_string()))?;
+    let mut command = Command::new(browser);
+    command.args([
+        "--headless",
+        "--disable-dev-shm-usage",
+        "--no-first-run",
+        "--use-angle=swiftshader",
+    ]);
+    command.args(["--enable-unsafe-swiftshader", "--dump-dom"]);
+    // Chromium's sandbox refuses to run as root.
+    #[cfg(unix)]
+    if rustix::process::geteuid().is_root() {
+        command.arg("--no-sandbox");
+    }
+    command.arg(format!("--user-data-dir={}", folder.join("profile").display()));
+    command.arg(format!("file://{}", file.display()));
+    command.stdin(Stdio::null()).output().map_err(|error| refused(browser, &error.to_string()))
 }
 
 /// A browser that draws without a window.
