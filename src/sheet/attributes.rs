@@ -16,7 +16,7 @@ impl Sheet {
 
     /// For every vertex, or every triangle, whether the value of the array `name` of the mesh file lies from `least` to
     /// `most`. Of an array on cells the vertices are those of the triangles; of one on points a triangle is one of which a
-    /// corner is. `None` where there is no such array.
+    /// corner is. `None` where no array has this name.
     #[must_use]
     pub fn where_array(
         &self,

@@ -80,7 +80,7 @@ impl Crate {
                     self.modules[this].children.insert(name, child);
                 }
                 Item::Use(item) => {
-                    // A re-export is no use; where the file names what it re-exports, that is.
+                    // A re-export alone does not count; where the file names what it re-exports, that does.
                     let used = matches!(item.vis, syn::Visibility::Inherited);
                     self.modules[this].import(&item.tree, &mut Vec::new(), used);
                 }

@@ -61,33 +61,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Surface, String> {
                 .stream
                 .fault(format!("expected a section as $Nodes, found \"{word}\"")));
         };
-        match name {
-            "PhysicalNames" => {
-                let count = mesh.text_count("the number of physical groups")?;
-                mesh.groups.read_names(&mut mesh.stream, count)?;
-            }
-            "Entities" if version != Version::Two => {
-                mesh.begin()?;
-                let box_of_point = version == Version::Four;
-                mesh.groups.read_entities(&mut mesh.stream, box_of_point)?;
-            }
-            "Nodes" => {
-                mesh.begin()?;
-                mesh.nodes()?;
-                nodes = true;
-            }
-            "ParametricNodes" if version == Version::Two => {
-                mesh.begin()?;
-                mesh.parametric_nodes()?;
-                nodes = true;
-            }
-            "Elements" => {
-                mesh.begin()?;
-                mesh.elements()?;
-                elements = true;
-            }
-            _ => {}
-        }
+        mesh.section(name, [&mut nodes, &mut elements])?;
         if !mesh.stream.skip_to(format!("$End{name}").as_bytes()) {
             return Err(mesh.stream.fault(format!(
                 "the section ${name} has no end $End{name}: the file is cut short, or a count is wrong"
@@ -168,6 +142,38 @@ fn element(kind: usize) -> Result<(usize, bool), &'static str> {
 }
 
 impl Mesh<'_> {
+    /// Reads what is wanted of the section `name`, and notes that there are nodes and elements.
+    fn section(&mut self, name: &str, [nodes, elements]: [&mut bool; 2]) -> Result<(), String> {
+        match name {
+            "PhysicalNames" => {
+                let count = self.text_count("the number of physical groups")?;
+                self.groups.read_names(&mut self.stream, count)?;
+            }
+            "Entities" if self.version != Version::Two => {
+                self.begin()?;
+                let box_of_point = self.version == Version::Four;
+                self.groups.read_entities(&mut self.stream, box_of_point)?;
+            }
+            "Nodes" => {
+                self.begin()?;
+                self.nodes()?;
+                *nodes = true;
+            }
+            "ParametricNodes" if self.version == Version::Two => {
+                self.begin()?;
+                self.parametric_nodes()?;
+                *nodes = true;
+            }
+            "Elements" => {
+                self.begin()?;
+                self.elements()?;
+                *elements = true;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
     /// Moves to the data of a section.
     fn begin(&mut self) -> Result<(), String> {
         if self.stream.coding != Coding::Text {
