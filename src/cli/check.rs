@@ -170,6 +170,8 @@ fn print_unknowns(scene: &Scene, simulation: &Simulation) {
         // On a planar sheet z is not a degree of freedom that a pin could fix.
         let (axes, rigid) = if model.mechanics().is_planar() { (2, 3) } else { (3, 6) };
         let pins = model.mechanics().pins();
+        // Images of a periodic sheet move as their owners do.
+        let pins = &pins[..model.sheet().reduction().owned(pins.len())];
         let fixed: usize = pins.iter().flat_map(|p| &p[..axes]).filter(|fixed| **fixed).count();
         let free = axes * pins.len() - fixed;
         say!("unknowns   {free} positions free, {fixed} fixed");
@@ -184,8 +186,8 @@ fn print_unknowns(scene: &Scene, simulation: &Simulation) {
         say!("mechanics  none: the shape does not move");
     }
     if let Some(chemistry) = model.chemistry() {
-        let (points, species) =
-            (chemistry.points(model.sheet()), chemistry.descriptor().species.len());
+        let points = model.sheet().reduction().owned(chemistry.points(model.sheet()));
+        let species = chemistry.descriptor().species.len();
         say!("unknowns   {} values of species", points * species);
     }
 }

@@ -156,7 +156,7 @@ impl Costs {
 
 /// What this rank has communicated, where the sheet is spread over ranks; PETSc keeps its own account.
 fn communication(simulation: &Simulation) -> Option<PartCost> {
-    let ranks = simulation.sheet().reduction().distribution()?;
+    let ranks = simulation.sheet().reduction().ranks()?;
     let mut part = PartCost::new("ranks", "communication");
     part.counts = ranks.traffic.counts().map(|(name, count)| (name.to_owned(), count)).to_vec();
     Some(part)

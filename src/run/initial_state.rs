@@ -24,7 +24,16 @@ fn shape(shape: &scene::Shape) -> Option<sheet::Shape> {
     use sheet::Shape as G;
     Some(match shape {
         S::Disc(d) => G::Disc { radius: d.radius.get() },
-        S::Rectangle(r) => G::Rectangle { width: r.width.get(), height: r.height.get() },
+        S::Rectangle(r) => {
+            let (width, height) = (r.width.get(), r.height.get());
+            match r.periodic {
+                None => G::Rectangle { width, height },
+                Some(along) => {
+                    let both = along == scene::Periodic::Xy;
+                    G::PeriodicRectangle { width, height, both }
+                }
+            }
+        }
         S::Lattice(l) => G::Lattice { width: l.width.get(), height: l.height.get() },
         S::Annulus(a) => G::Annulus { inner: a.inner.get(), outer: a.outer.get() },
         S::Polygon(p) => {
@@ -129,18 +138,26 @@ fn positions(scene: &Scene, sheet: &Sheet, imperfection: Option<&Imperfection>) 
             x[i] += height * along(bump.direction, i);
         }
     }
+    if !sheet.reduction().periods().is_empty() {
+        let mut displacement: Vec<Vec3> =
+            x.iter().zip(sheet.rest()).map(|(x, rest)| x - rest).collect();
+        sheet.reduction().update_ghosts(&mut displacement);
+        x = sheet
+            .rest()
+            .iter()
+            .zip(&displacement)
+            .map(|(rest, by)| rest + by)
+            .collect::<Vec<_>>()
+            .into();
+    }
     x
 }
 
 /// Rest positions of the points that carry species.
 pub(super) fn points(sheet: &Sheet, location: Location) -> Vec<Vec3> {
     match location {
-        Location::Vertex => sheet.rest().to_vec(),
-        _ => sheet
-            .triangles()
-            .iter()
-            .map(|t| t.iter().map(|v| sheet.rest()[*v as usize]).sum::<Vec3>() / 3.0)
-            .collect(),
+        Location::Vertex => sheet.places().to_vec(),
+        _ => sheet.triangle_places(),
     }
 }
 
@@ -200,6 +217,7 @@ fn species(scene: &Scene, sheet: &Sheet, chemistry: &Chemistry) -> Result<Vec<Ve
         }
         all.push(values);
     }
+    sheet.reduction().update_ghost_columns(&mut all);
     Ok(all)
 }
 

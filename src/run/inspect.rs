@@ -30,6 +30,9 @@ pub fn take_state(simulation: &mut Simulation, surface: &Surface) -> Result<()> 
             None => SheetError::Unusable(message),
         })
     };
+    let mut surface = surface.clone();
+    simulation.sheet().add_images(&mut surface);
+    let surface = &surface;
     same_mesh(simulation.sheet(), surface).map_err(refuse)?;
     valid_positions(simulation, &surface.points).map_err(refuse)?;
     simulation.stepper.state.x.copy_from_slice(&surface.points);

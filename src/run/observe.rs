@@ -86,7 +86,7 @@ impl Frames {
             return Ok(None);
         }
         let mut series = Series::create(directory, output.compression);
-        if let Some(of) = model.sheet().reduction().distribution()
+        if let Some(of) = model.sheet().reduction().ranks()
             && of.communicator.rank() == 0
         {
             series = series.in_pieces(ranks::piece_folders(of.communicator.size()));
@@ -123,10 +123,10 @@ impl Observer for Frames {
             let sheet = at.model().sheet();
             match sheet.reduction().distribution() {
                 None => self.series.push(&frame)?,
-                Some(ranks) => {
+                Some(share) => {
                     let piece = Piece::of(sheet, &frame);
                     let written = self.series.push(&piece.frame(sheet, &frame));
-                    ranks::agreed(Some(&*ranks.communicator), written.map_err(Error::from))?
+                    ranks::agreed(Some(&*share.communicator), written.map_err(Error::from))?
                 }
             };
         }

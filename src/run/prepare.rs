@@ -110,6 +110,9 @@ impl Simulation {
 pub(super) fn prepare(scene: &Scene, search: &PluginSearch) -> Result<Simulation> {
     let mut notes = Vec::new();
     let sheet = Arc::new(read_sheet(scene, &mut notes)?);
+    if let Some(place) = sheet.reduction().place() {
+        super::ranks::check(scene, place)?;
+    }
     on(scene, search, (sheet, None), notes)
 }
 
@@ -122,7 +125,7 @@ pub(super) fn over(
     search: &PluginSearch,
     ranks: Arc<dyn Communicator>,
 ) -> Result<Simulation> {
-    super::ranks::check(scene)?;
+    super::ranks::check(scene, "on more than one rank")?;
     let mut notes = Vec::new();
     let place = |e: sheet::SheetError| scene.error_at("sheet", &e.to_string(), None);
     let (around, part, mesh) = match initial_state::lattice(scene)? {

@@ -331,7 +331,7 @@ impl<'a> Recorder<'a> {
     /// As [`Recorder::report_failure`], of a step that left the state before it: with a checkpoint there, from which the
     /// run can be resumed.
     pub(super) fn step_failed(&mut self, simulation: &mut Simulation, error: Error) -> Error {
-        let alone = simulation.sheet().reduction().distribution().is_none();
+        let alone = simulation.sheet().reduction().ranks().is_none();
         if alone && !matches!(error, Error::Solve(SolveError::BlowUp { .. })) {
             let frames = self.outputs.frame_count();
             self.checkpoint(simulation, Some(Ending::Interrupted), false, frames);

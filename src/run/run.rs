@@ -192,7 +192,7 @@ fn start(
     if let Some(note) = lints::on_explicit_step(session.scene, simulation)? {
         session.note(&note);
     }
-    if simulation.sheet().reduction().distribution().is_some() {
+    if simulation.sheet().reduction().ranks().is_some() {
         return Ok(first);
     }
     if incidents.monitor.is_none() {

@@ -34,7 +34,7 @@ impl Session<'_> {
             return error;
         }
         let error = super::located(error, simulation.sheet(), &simulation.stepper.state.x);
-        if simulation.sheet().reduction().distribution().is_some() {
+        if simulation.sheet().reduction().ranks().is_some() {
             // The cause may be known to another rank only.
             return error;
         }

@@ -144,6 +144,9 @@ shape!(
         width: Positive,
         /// Extent along y.
         height: Positive,
+        /// The directions in which it is one period of a sheet that repeats itself.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        periodic: Option<Periodic>,
     }
 );
 shape!(
@@ -245,6 +248,16 @@ shape!(
         z: String,
     }
 );
+
+/// Where a rectangle repeats itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Periodic {
+    /// Along x: a strip without ends.
+    X,
+    /// Along x and y: a torus that is flat at rest.
+    Xy,
+}
 
 /// Every interior vertex is displaced by `amplitude · u`, u uniform in [-1, 1].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -9,7 +9,7 @@
 use rumple_numerics::Vec3;
 use rumple_numerics::parallel;
 
-use crate::Sheet;
+use crate::{Edge, Sheet};
 
 /// Numbers of an edge: the coordinates of both ends.
 const NUMBERS: usize = 6;
@@ -24,7 +24,13 @@ impl Sheet {
             return Err("a lattice over ranks has no distance to the boundary");
         }
         let distances = self.stored_distances(on_triangles, || {
-            let ends = self.edges().iter().filter(|e| e.is_boundary() && self.counts(&e.vertices));
+            // Images of edges of the boundary are as near; the rim of all images is no boundary.
+            let periodic = !self.reduction().periods().is_empty();
+            let here = |e: &&Edge| match periodic {
+                true => e.vertices.iter().all(|v| self.boundary()[*v as usize]),
+                false => self.counts(&e.vertices),
+            };
+            let ends = self.edges().iter().filter(|e| e.is_boundary()).filter(here);
             let ends = ends.flat_map(|e| e.vertices.map(|v| self.rest()[v as usize]));
             let all = self.reduction().gathered(ends.flat_map(<[f64; 3]>::from).collect());
             let point = |at: &[f64]| Vec3::new(at[0], at[1], at[2]);
@@ -34,13 +40,8 @@ impl Sheet {
                 return Vec::new();
             }
             let points: Vec<Vec3> = match on_triangles {
-                true => {
-                    let of = |t: &[u32; 3]| {
-                        t.iter().map(|v| self.rest()[*v as usize]).sum::<Vec3>() / 3.0
-                    };
-                    self.triangles().iter().map(of).collect()
-                }
-                false => self.rest().to_vec(),
+                true => self.triangle_places(),
+                false => self.places().to_vec(),
             };
             let mut distances = vec![0.0; points.len()];
             parallel::fill(&mut distances, |i| {

@@ -25,10 +25,11 @@ fn side(sheet: &Sheet, x: &[Vec3]) -> f64 {
 }
 
 /// Whether a closed sheet is turned inside out between the shapes `before` and `after`; one that is flat before is on the
-/// side of its rest shape. All ranks of a sheet that is spread ask together: a part without a boundary is not closed.
+/// side of its rest shape. All ranks of a sheet that is spread ask together: a part without a boundary is not closed, nor is a periodic sheet.
 #[must_use]
 pub fn is_turned(sheet: &Sheet, before: &[Vec3], after: &[Vec3]) -> bool {
-    if sheet.reduction().any(sheet.boundary().contains(&true)) {
+    let reduction = sheet.reduction();
+    if !reduction.periods().is_empty() || reduction.any(sheet.boundary().contains(&true)) {
         return false;
     }
     let before = match side(sheet, before) {

@@ -6,6 +6,7 @@ pub mod check;
 mod enclosed;
 pub mod generate;
 pub mod partition;
+mod periodic;
 pub mod quality;
 pub mod read;
 pub mod repair;

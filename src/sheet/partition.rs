@@ -136,6 +136,7 @@ impl Part {
             vertices: cut.halo(&vertices, owned, |v| owners[v as usize], |v| cut.ranks_near(v, 2)),
             faces: cut.halo(&triangles, faces, |t| cut.counted_by(t), |t| cut.ranks_of_face(t)),
             communicator,
+            periods: Vec::new(),
             traffic: CommunicationCounts::default(),
         };
         let euler = if rank == 0 { whole.euler_characteristic() } else { 0 };
@@ -149,6 +150,7 @@ impl Part {
         let share = Share {
             owned,
             before,
+            periodic: false,
             euler,
             numbers: Arc::clone(&vertices),
             triangle_numbers: Arc::clone(&triangles),

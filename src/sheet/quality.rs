@@ -98,20 +98,22 @@ pub struct MeshReport {
 }
 
 impl MeshReport {
-    /// Measures the rest state of a sheet.
+    /// Measures the rest state of a sheet; of a periodic one without images.
     #[must_use]
     pub fn new(sheet: &Sheet) -> Self {
         let x = sheet.rest();
-        let corners = || sheet.triangles().iter().map(|t| t.map(|v| x[v as usize]));
+        let owned = |count| sheet.reduction().owned(count);
+        let triangles = &sheet.triangles()[..owned(sheet.triangle_count())];
+        let corners = || triangles.iter().map(|t| t.map(|v| x[v as usize]));
         let angles = || corners().map(triangle_angles);
-        let boundary = sheet.boundary();
-        let ends = || sheet.edges().iter().map(|e| e.vertices);
+        let boundary = &sheet.boundary()[..owned(x.len())];
+        let ends = || sheet.edges().iter().map(|e| e.vertices).filter(|e| sheet.counts(e));
         Self {
-            vertices: sheet.vertex_count(),
-            triangles: sheet.triangle_count(),
-            edges: sheet.edges().len(),
+            vertices: boundary.len(),
+            triangles: triangles.len(),
+            edges: ends().count(),
             boundary_vertices: boundary.iter().filter(|&&r| r).count(),
-            irregular_vertices: (0..sheet.vertex_count())
+            irregular_vertices: (0..boundary.len())
                 .filter(|&v| !boundary[v] && sheet.vertex_edges().of(v).len() != 6)
                 .count(),
             euler_characteristic: sheet.euler_characteristic(),
@@ -122,10 +124,9 @@ impl MeshReport {
             obtuse_triangles: angles()
                 .filter(|a| a.iter().any(|&angle| angle > std::f64::consts::FRAC_PI_2))
                 .count(),
-            all_boundary_triangles: sheet
-                .triangles()
+            all_boundary_triangles: triangles
                 .iter()
-                .filter(|t| t.iter().all(|&v| boundary[v as usize]))
+                .filter(|t| t.iter().all(|&v| sheet.boundary()[v as usize]))
                 .count(),
             mean_index_distance: Spread::of(ends().map(|[a, b]| f64::from(b - a))).mean,
         }

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use super::surface::Attributes;
 use rumple_numerics::Vec3;
-use rumple_numerics::num::index;
+use rumple_numerics::num::{index, real};
 use rumple_numerics::parallel::element_blocks::ElementBlocks;
 use rumple_numerics::reduction::Reduction;
 
@@ -118,6 +118,8 @@ pub(crate) struct Share {
     /// Vertices that the part owns, which come first, and ghosts of lower ranks, which follow.
     pub(crate) owned: usize,
     pub(crate) before: usize,
+    /// Ghosts are images of the part's own vertices.
+    pub(crate) periodic: bool,
     /// Of the parts together it is that of the whole.
     pub(crate) euler: i64,
     /// The numbers of the vertices and triangles in the whole, and how many of each that has.
@@ -138,6 +140,7 @@ pub struct Sheet {
     reduction: Reduction,
     share: Option<Share>,
     attributes: Option<Arc<Attributes>>,
+    places: Option<Arc<Vec<Vec3>>>,
     // Made when they are first asked for: chemistry on a still shape needs none of them.
     vertex_triangles: OnceLock<Incidence>,
     edge_blocks: OnceLock<ElementBlocks<2>>,
@@ -204,6 +207,7 @@ impl Sheet {
             reduction: Reduction::default(),
             share: None,
             attributes: None,
+            places: None,
             boundary,
             vertex_triangles: OnceLock::new(),
             edge_blocks: OnceLock::new(),
@@ -244,6 +248,11 @@ impl Sheet {
         Self { boundary, share: Some(share), ..self }
     }
 
+    /// The same sheet, with the places of its vertices for fields and regions.
+    pub(crate) fn placed(self, places: Vec<Vec3>) -> Self {
+        Self { places: Some(Arc::new(places)), ..self }
+    }
+
     /// The same sheet with the arrays of its mesh file.
     pub(crate) fn with_attributes(self, attributes: Option<Arc<Attributes>>) -> Self {
         Self { attributes, ..self }
@@ -273,11 +282,16 @@ impl Sheet {
         self.share.as_ref().map_or(own, |share| share.whole)
     }
 
-    /// Whether an element with these corners is counted here, in sums over the whole sheet: each is by one rank.
+    /// Whether an element with these corners is counted here, in sums over the whole sheet: each is by one rank, and of its
+    /// images the one whose corner with the lowest number is owned.
     #[must_use]
     #[inline]
     pub fn counts(&self, corners: &[u32]) -> bool {
-        self.share.as_ref().is_none_or(|&Share { owned, before, .. }| {
+        self.share.as_ref().is_none_or(|&Share { owned, before, periodic, ref numbers, .. }| {
+            if periodic {
+                let lowest = corners.iter().min_by_key(|v| numbers[**v as usize]);
+                return lowest.is_some_and(|v| (*v as usize) < owned);
+            }
             let is_lower = |v: &u32| (owned..owned + before).contains(&(*v as usize));
             corners.iter().any(|v| (*v as usize) < owned) && !corners.iter().any(is_lower)
         })
@@ -288,6 +302,30 @@ impl Sheet {
     #[inline]
     pub fn reduction(&self) -> &Reduction {
         &self.reduction
+    }
+
+    /// Where fields and regions look a vertex up: its rest position, of an image that of its owner.
+    #[must_use]
+    pub fn places(&self) -> &[Vec3] {
+        self.places.as_deref().map_or(&self.rest, Vec::as_slice)
+    }
+
+    /// Where fields and regions look the centroid of every triangle up, at rest.
+    #[must_use]
+    pub fn triangle_places(&self) -> Vec<Vec3> {
+        self.triangles.iter().map(|corners| self.place_of(corners)).collect()
+    }
+
+    /// Where fields and regions look up the middle of an element with these corners, at rest: images of one element have one
+    /// place.
+    #[must_use]
+    pub fn place_of(&self, corners: &[u32]) -> Vec3 {
+        let sum: Vec3 = corners.iter().map(|v| self.rest[*v as usize]).sum();
+        let mut middle = sum / real(corners.len());
+        for period in self.reduction.periods() {
+            middle -= period * (middle.dot(period) / period.norm_squared()).round();
+        }
+        middle
     }
 
     /// The same, shared.

@@ -12,6 +12,7 @@ mod chemistry;
 mod contact;
 mod growth;
 mod membranes;
+mod periodic;
 mod plates;
 mod remodelling;
 mod shells;

@@ -10,10 +10,21 @@
 //! ring of an interior vertex the two are the same.
 
 use super::element::{self, Element, Mesh};
-use super::{Block, BlockMatrix, HessianPart};
+use super::{Block, BlockMatrix, EffectError, HessianPart};
 use crate::Vec3;
 use crate::geometry::Shape;
 use crate::linear::LazyStencils;
+use crate::sheet::Sheet;
+
+/// Refuses a periodic sheet: the volume beside it depends on where the period is cut.
+pub(super) fn check_not_periodic(sheet: &Sheet) -> Result<(), EffectError> {
+    if sheet.reduction().periods().is_empty() {
+        return Ok(());
+    }
+    let message = "a periodic sheet has no volume beside it".to_owned();
+    let help = Some("push it by kind = \"load\" with a force per area".to_owned());
+    Err(EffectError { key: "kind", message, help })
+}
 
 /// The tetrahedron between a triangle and O, times a weight.
 #[derive(Debug, Clone, Copy)]

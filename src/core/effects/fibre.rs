@@ -146,11 +146,7 @@ impl Fibre {
     ) -> Result<Vec<[f64; 2]>, EffectError> {
         let sheet = context.sheet;
         let (rest, edges) = (sheet.rest(), sheet.edges());
-        let middle = |edge: &Edge| {
-            let [a, b] = edge.vertices.map(|v| rest[v as usize]);
-            0.5 * (a + b)
-        };
-        let centres: Vec<Vec3> = edges.iter().map(middle).collect();
+        let centres: Vec<Vec3> = edges.iter().map(|edge| sheet.place_of(&edge.vertices)).collect();
         let sides = |e: usize| edges[e].triangles.into_iter().filter(|t| *t != Edge::NONE);
         let ends = |e: usize| edges[e].vertices.to_vec();
         let directions = self.at(context, &centres, ends, |e| sides(e).collect())?;
@@ -176,10 +172,7 @@ impl Fibre {
         context: &EffectContext<'_>,
     ) -> Result<Vec<Vec3>, EffectError> {
         let sheet = context.sheet;
-        let centre = |corners: &[u32; 3]| {
-            corners.iter().map(|v| sheet.rest()[*v as usize]).sum::<Vec3>() / 3.0
-        };
-        let centres: Vec<Vec3> = sheet.triangles().iter().map(centre).collect();
+        let centres = sheet.triangle_places();
         let corners = |t: usize| sheet.triangles()[t].to_vec();
         let directions = self.at(context, &centres, corners, |t| vec![crate::num::index(t)])?;
         let mut fibres = vec![Vec3::zeros(); directions.len()];

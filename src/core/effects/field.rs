@@ -23,7 +23,6 @@ use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize as DeriveDeserialize, Serialize};
 
 use super::{EffectError, ReadSurface, Region};
-use crate::Vec3;
 use crate::kinetics::Location;
 use crate::kinetics::formula::{FieldFormula, FormulaError, Places};
 use crate::num::checked::{Checked, Finite};
@@ -199,8 +198,8 @@ impl<N: Checked> Field<N> {
             None => Ok(Values::Each(values)),
             Some(i) => {
                 let point = match place {
-                    Location::Vertex => sheet.rest()[i],
-                    _ => centroid(sheet, &sheet.triangles()[i]),
+                    Location::Vertex => sheet.places()[i],
+                    _ => sheet.place_of(&sheet.triangles()[i]),
                 };
                 let ([x, y, z], noun): ([f64; 3], _) = (point.into(), noun(place));
                 let message = format!("it is {} at {noun} {i} ({x}, {y}, {z})", values[i]);
@@ -242,17 +241,6 @@ fn count(place: Location, sheet: &Sheet) -> usize {
     if place == Location::Vertex { sheet.vertex_count() } else { sheet.triangle_count() }
 }
 
-/// Centroids of the triangles at rest.
-pub(super) fn centroids(sheet: &Sheet) -> Vec<Vec3> {
-    sheet.triangles().iter().map(|corners| centroid(sheet, corners)).collect()
-}
-
-/// Centroid of a triangle at rest.
-pub(super) fn centroid(sheet: &Sheet, corners: &[u32; 3]) -> Vec3 {
-    let [a, b, c] = corners.map(|v| sheet.rest()[v as usize]);
-    (a + b + c) / 3.0
-}
-
 /// The formula of a field: of the rest position, the distance to the boundary and, if it may be `timed`, the time.
 ///
 /// # Errors
@@ -286,14 +274,14 @@ pub fn formula_values(
 ) -> Vec<f64> {
     let distances = distances(sheet, place, formula.depends_on_distance());
     match place {
-        Location::Vertex => formula.at(Places::with_distances(sheet.rest(), distances), time),
-        _ => formula.at(Places::with_distances(&centroids(sheet), distances), time),
+        Location::Vertex => formula.at(Places::with_distances(sheet.places(), distances), time),
+        _ => formula.at(Places::with_distances(&sheet.triangle_places(), distances), time),
     }
 }
 
 /// The vertices, with their distances to the boundary if a formula `reads` them.
 pub(super) fn vertex_places(sheet: &Sheet, reads: bool) -> Places<'_> {
-    Places::with_distances(sheet.rest(), distances(sheet, Location::Vertex, reads))
+    Places::with_distances(sheet.places(), distances(sheet, Location::Vertex, reads))
 }
 
 fn distances(sheet: &Sheet, place: Location, reads: bool) -> &[f64] {

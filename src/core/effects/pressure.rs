@@ -63,6 +63,7 @@ impl EffectSpec for Pressure {
     }
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
+        super::cone::check_not_periodic(context.sheet)?;
         let factor = RampFactor::new(self.ramp.as_ref())?;
         let pressure = FollowerPressure::new(context.sheet, self.value.get());
         Ok(Effect::energy(FollowerPressure { factor, ..pressure }))

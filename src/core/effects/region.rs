@@ -5,7 +5,6 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use super::EffectError;
-use super::field::centroid;
 use crate::Vec3;
 use crate::num::Short;
 use crate::num::checked::{Finite, NonNegative};
@@ -164,8 +163,8 @@ impl Region {
             Self::Not(part) => {
                 part.members(sheet, on_triangles).into_iter().map(|one| !one).collect()
             }
-            _ if on_triangles => triangles.iter().map(|c| self.has(&centroid(sheet, c))).collect(),
-            _ => sheet.rest().iter().map(|x| self.has(x)).collect(),
+            _ if on_triangles => triangles.iter().map(|c| self.has(&sheet.place_of(c))).collect(),
+            _ => sheet.places().iter().map(|x| self.has(x)).collect(),
         }
     }
 
@@ -224,7 +223,7 @@ impl Region {
             return "a closed surface has no boundary".into();
         }
         let extents = ["x", "y", "z"].iter().enumerate().map(|(axis, name)| {
-            let values = || sheet.rest().iter().map(|x| x[axis]);
+            let values = || sheet.places().iter().map(|x| x[axis]);
             let (least, most) = (
                 values().fold(f64::INFINITY, f64::min),
                 values().fold(f64::NEG_INFINITY, f64::max),

@@ -88,6 +88,7 @@ impl EffectSpec for Volume {
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let sheet = context.sheet;
+        super::cone::check_not_periodic(sheet)?;
         let refuse = |key, message: &str, help: &str| {
             let (message, help) = (message.to_owned(), Some(help.to_owned()));
             Err(EffectError { key, message, help })

@@ -4,7 +4,8 @@
 //! v_i = t + ω × (x_i - x̄)/R        every fixed component of v zero;   ⟨v, w⟩ = Σ_i m_i v_i · w_i
 //! ```
 //!
-//! with x̄ the mean position and R the root mean square distance from it. What is counted is
+//! with x̄ the mean position and R the root mean square distance from it; a periodic sheet turns about its periods P alone,
+//! ω × P = 0. What is counted is
 //! infinitesimal: a flat sheet fixed out of its plane along its boundary slides and turns in it, three
 //! motions. Whether an energy changes along such a motion is asked in `rigid/unhindered.rs`.
 
@@ -72,7 +73,15 @@ pub fn free_motions(
     }
     reduction.sum_over_ranks(&mut rows);
     reduction.sum_over_ranks(fixed.as_mut_slice());
-    let eigen = SymmetricEigen::new(fixed / rows[0].max(1.0));
+    fixed /= rows[0].max(1.0);
+    for period in reduction.periods() {
+        for a in 0..3 {
+            let turned = |p: usize| Vec3::ith(p % 3, 1.0).cross(&period.normalize())[a];
+            let row = Vector6::from_fn(|p, _| if p < 3 { 0.0 } else { turned(p) });
+            fixed += row * row.transpose();
+        }
+    }
+    let eigen = SymmetricEigen::new(fixed);
     let mut all: Vec<Motion> = Vec::new();
     for k in (0..6).filter(|&k| eigen.eigenvalues[k] <= FIXED_SQUARE_TOLERANCE) {
         let mut parameters: Vector6<f64> = eigen.eigenvectors.column(k).into();

@@ -90,22 +90,20 @@ impl Problem<'_> {
 
     /// Refuses solvers that do not go with a sheet that is spread over ranks.
     pub(super) fn check_ranks(&self, mechanics: &Mechanics) -> Result<(), ProblemError> {
-        if self.sheet.reduction().distribution().is_none() {
-            return Ok(());
-        }
+        let Some(place) = self.sheet.reduction().place() else { return Ok(()) };
         let refuse = |part, what: &str, help: &str| {
-            let message = format!("{what} on more than one rank");
+            let message = format!("{what} {place}");
             Err(ProblemError::new(part, message, Some(help)))
         };
         if !self.integrator.supports_ranks(self.policy.storage()) {
             let name = self.integrator.name();
-            let help = "integrator = \"staggered\" under the policies quasi-static and simultaneous goes over ranks";
+            let help =
+                "integrator = \"staggered\" does under the policies quasi-static and simultaneous";
             return refuse(Part::Integrator, &format!("{name} cannot advance a sheet"), help);
         }
         if !mechanics.is_empty() && !self.equilibrium.supports_ranks() {
             let name = self.equilibrium.name();
-            let help = "equilibrium = { method = \"lbfgs\", preconditioner = \"gamg\" } goes over ranks, and so do \
-                \"mumps\" and \"factor\"";
+            let help = "equilibrium.method = \"lbfgs\" does";
             return refuse(Part::Equilibrium, &format!("{name} cannot relax a sheet"), help);
         }
         Ok(())
@@ -113,20 +111,20 @@ impl Problem<'_> {
 
     /// Refuses effect number `number` where it does not go with a sheet that is spread over ranks.
     fn check_effect_on_ranks(&self, number: usize, effect: &Effect) -> Result<(), ProblemError> {
-        if self.sheet.reduction().distribution().is_none() {
-            return Ok(());
-        }
+        let Some(place) = self.sheet.reduction().place() else { return Ok(()) };
         let refuse = |what: &str, help: &str| {
-            let message = format!("{what} on more than one rank");
+            let message = format!("{what} {place}");
             Err(ProblemError::new(Part::Effect(number, "kind".into()), message, Some(help)))
         };
         let mut contacts = effect.energies.iter().map(|term| term.interaction());
         if contacts.any(|does| does.limits_steps || does.pairs) {
-            let help = "one process (with as many threads as there are cores) knows it";
+            let help =
+                "one process (with as many threads as there are cores), and no period, has it";
             return refuse("contact does not know parts of a sheet", help);
         }
         if !effect.internal.is_empty() {
-            let help = "one process (with as many threads as there are cores) knows them";
+            let help =
+                "one process (with as many threads as there are cores), and no period, has them";
             return refuse("internal variables are not integrated", help);
         }
         if let Some(constraint) = effect.constraints.first() {

@@ -74,6 +74,34 @@ impl CommunicationCounts {
     }
 }
 
+/// One process: ghosts are images of its own points, as on a sheet that repeats itself.
+#[derive(Debug, Clone, Copy)]
+pub struct OneProcess;
+
+impl Communicator for OneProcess {
+    fn rank(&self) -> usize {
+        0
+    }
+
+    fn size(&self) -> usize {
+        1
+    }
+
+    fn sum(&self, _: &mut [f64]) {}
+
+    fn max(&self, _: &mut [f64]) {}
+
+    fn exchange(&self, send: &[(usize, Vec<f64>)], receive: &mut [(usize, Vec<f64>)]) {
+        for ((_, from), (_, to)) in send.iter().zip(receive) {
+            to.copy_from_slice(from);
+        }
+    }
+
+    fn all_gather(&self, bytes: &[u8]) -> Vec<Vec<u8>> {
+        vec![bytes.to_vec()]
+    }
+}
+
 /// A rank's share of a sheet, with its halo.
 pub struct Distribution {
     /// The ranks.
@@ -82,6 +110,8 @@ pub struct Distribution {
     pub vertices: HaloMap,
     /// Its triangles.
     pub faces: HaloMap,
+    /// The translations by which a periodic sheet repeats itself, in units of length; none of other sheets.
+    pub periods: Vec<Vec3>,
     /// What was communicated by the methods of [`Reduction`](super::Reduction).
     pub traffic: CommunicationCounts,
 }

@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use crate::Vec3;
 use crate::parallel::{self, vectors};
-pub use distribution::{CommunicationCounts, Communicator, Distribution, HaloMap};
+pub use distribution::{CommunicationCounts, Communicator, Distribution, HaloMap, OneProcess};
 
 /// What sums, maxima and decisions are taken over.
 #[derive(Clone, Default)]
@@ -49,6 +49,25 @@ impl Reduction {
     #[must_use]
     pub fn distribution(&self) -> Option<&Arc<Distribution>> {
         self.0.as_ref()
+    }
+
+    /// The same of a sheet that is spread over ranks; `None` of a periodic one in one process too.
+    #[must_use]
+    pub fn ranks(&self) -> Option<&Arc<Distribution>> {
+        self.distribution().filter(|share| share.periods.is_empty())
+    }
+
+    /// The translations by which a periodic sheet repeats itself; none of other sheets.
+    #[must_use]
+    pub fn periods(&self) -> &[Vec3] {
+        self.0.as_ref().map_or(&[], |share| &share.periods)
+    }
+
+    /// Where a sheet with ghosts is, for messages: `None` of one without.
+    #[must_use]
+    pub fn place(&self) -> Option<&'static str> {
+        let share = self.distribution()?;
+        Some(if share.periods.is_empty() { "on more than one rank" } else { "on a periodic sheet" })
     }
 
     /// Whether this is the first rank, or the only process.

@@ -93,11 +93,13 @@ fn contributing(
 
 fn unknowns(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
     let model = simulation.model();
-    let (mechanics, vertices) = (model.mechanics(), model.sheet().vertex_count());
+    let mechanics = model.mechanics();
+    // Images move as their owners do.
+    let vertices = model.sheet().reduction().owned(model.sheet().vertex_count());
     let mut lines = Vec::new();
     if model.moves() {
         let axes = mechanics.pattern().axes();
-        let fixed = mechanics.pins().iter().flat_map(|fixed| &fixed[..axes]);
+        let fixed = mechanics.pins().iter().take(vertices).flat_map(|fixed| &fixed[..axes]);
         let fixed = fixed.filter(|fixed| **fixed).count();
         let positions = axes * vertices - fixed;
         let what = format!("{positions} positions: {vertices} vertices × {axes}, {fixed} fixed");

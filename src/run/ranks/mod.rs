@@ -55,10 +55,10 @@ impl RankPart {
     }
 }
 
-/// Refuses what a scene asks for and a run over ranks does not have.
-pub(super) fn check(scene: &Scene) -> Result<()> {
+/// Refuses what a scene asks for and a run over ranks, or of a periodic sheet, does not have; `place` says which it is.
+pub(super) fn check(scene: &Scene, place: &str) -> Result<()> {
     let refuse = |path: &str, what: &str, help: &str| {
-        let message = format!("{what} on more than one rank");
+        let message = format!("{what} {place}");
         Err(scene.error_at(path, &message, Some(help)).into())
     };
     if matches!(scene.sheet.source, SheetSource::Point { .. }) {
@@ -122,7 +122,8 @@ pub fn agreed<T>(ranks: Option<&dyn Communicator>, outcome: Result<T>) -> Result
     }
 }
 
-/// A rank's piece of a frame: the triangles that it counts, and their vertices.
+/// A rank's piece of a frame: the triangles that it counts, and their vertices. Of a periodic sheet all vertices of the cell
+/// come first, and the images that triangles across its edges need follow.
 pub(super) struct Piece {
     points: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
@@ -135,7 +136,10 @@ impl Piece {
     pub(super) fn of(sheet: &Sheet, frame: &Frame<'_>) -> Self {
         let counted = sheet.reduction().owned(sheet.triangle_count());
         let mut place = vec![u32::MAX; frame.points.len()];
-        let mut vertices = Vec::new();
+        let periodic = !sheet.reduction().periods().is_empty();
+        let first = if periodic { sheet.reduction().owned(frame.points.len()) } else { 0 };
+        let mut vertices: Vec<usize> = (0..first).collect();
+        place[..first].iter_mut().zip(0..).for_each(|(place, v)| *place = v);
         let triangles = frame.triangles[..counted].iter().map(|corners| {
             corners.map(|v| {
                 let place = &mut place[v as usize];
@@ -168,10 +172,12 @@ impl Piece {
         let mut cell: Vec<_> = of_cells
             .map(|field| array(field, field.data[..counted * field.components].to_vec()))
             .collect();
-        let numbers: Vec<f64> = self.vertices.iter().map(|&v| sheet.number(v).into()).collect();
-        point.push(Field::scalar(VERTEX_NUMBER.to_owned(), numbers));
-        let numbers: Vec<f64> = (0..counted).map(|t| sheet.triangle_number(t).into()).collect();
-        cell.push(Field::scalar(TRIANGLE_NUMBER.to_owned(), numbers));
+        if sheet.reduction().ranks().is_some() {
+            let numbers: Vec<f64> = self.vertices.iter().map(|&v| sheet.number(v).into()).collect();
+            point.push(Field::scalar(VERTEX_NUMBER.to_owned(), numbers));
+            let numbers: Vec<f64> = (0..counted).map(|t| sheet.triangle_number(t).into()).collect();
+            cell.push(Field::scalar(TRIANGLE_NUMBER.to_owned(), numbers));
+        }
         let Frame { time, step, .. } = *of;
         let (points, triangles, field_data) =
             (&self.points, &self.triangles, of.field_data.clone());

@@ -1,4 +1,4 @@
-//! The open cylinder: a strip that is periodic along x, relaxed flat and then rolled up.
+//! Strips that are periodic along x: relaxed flat, and rolled up to an open cylinder or left so.
 
 use std::f64::consts::TAU;
 
@@ -21,9 +21,10 @@ const FEWEST_ACROSS: usize = 4;
 /// Least distance of free vertices from the boundary in edge lengths, as for flat outlines.
 const BOUNDARY_MARGIN: f64 = 0.5;
 
-/// The unrolled cylinder: x in [0, 2πR), y in [-height/2, height/2].
+/// The unrolled cylinder, or the flat strip: x in [0, 2πR), y in [-height/2, height/2].
 pub(super) struct Strip {
-    radius: f64,
+    /// Of the cylinder; none of a strip that stays flat.
+    radius: Option<f64>,
     around: f64,
     half: f64,
     fixed: Vec<Vec3>,
@@ -37,6 +38,12 @@ impl Strip {
         Self::with_edge(radius, height, edge, vertices)
     }
 
+    /// A strip that stays flat.
+    pub(super) fn flat(width: f64, height: f64, vertices: usize) -> Result<Self, SheetError> {
+        let edge = edge_length(width * height, 2.0 * width, 0.0, vertices);
+        Self::with_sizes(None, [width, height], edge, vertices)
+    }
+
     /// The same with edges of this length; `vertices` is for messages.
     pub(super) fn with_edge(
         radius: f64,
@@ -44,10 +51,20 @@ impl Strip {
         edge: f64,
         vertices: usize,
     ) -> Result<Self, SheetError> {
-        let (around, half) = (TAU * radius, 0.5 * height);
+        Self::with_sizes(Some(radius), [TAU * radius, height], edge, vertices)
+    }
+
+    fn with_sizes(
+        radius: Option<f64>,
+        [around, height]: [f64; 2],
+        edge: f64,
+        vertices: usize,
+    ) -> Result<Self, SheetError> {
+        let half = 0.5 * height;
         let count = whole(around / edge);
         if count < FEWEST_AROUND {
-            return Err(too_narrow("the circumference", around / edge, FEWEST_AROUND, vertices));
+            let what = if radius.is_some() { "the circumference" } else { "the width" };
+            return Err(too_narrow(what, around / edge, FEWEST_AROUND, vertices));
         }
         if height < real(FEWEST_ACROSS) * edge {
             return Err(too_narrow("the height", height / edge, FEWEST_ACROSS, vertices));
@@ -107,7 +124,12 @@ impl Domain for Strip {
     }
 
     fn place(&self, point: Vec3) -> Vec3 {
-        let angle = point.x / self.radius;
-        Vec3::new(self.radius * angle.cos(), self.radius * angle.sin(), point.y)
+        let Some(radius) = self.radius else { return point - Vec3::x() * (0.5 * self.around) };
+        let angle = point.x / radius;
+        Vec3::new(radius * angle.cos(), radius * angle.sin(), point.y)
+    }
+
+    fn period(&self) -> [f64; 2] {
+        [if self.radius.is_none() { self.around } else { f64::INFINITY }, f64::INFINITY]
     }
 }

@@ -54,6 +54,21 @@ pub(super) trait Domain {
     fn place(&self, point: Vec3) -> Vec3 {
         point
     }
+    /// After what lengths along x and y positions in space repeat themselves, infinite where they do not.
+    fn period(&self) -> [f64; 2] {
+        [f64::INFINITY; 2]
+    }
+}
+
+/// Corners next to one another, of a triangle whose positions repeat themselves after `period`.
+pub(super) fn unfolded(mut corners: [Vec3; 3], period: [f64; 2]) -> [Vec3; 3] {
+    let first = corners[0];
+    for corner in &mut corners[1..] {
+        for axis in (0..2).filter(|axis| period[*axis].is_finite()) {
+            corner[axis] += period[axis] * ((first[axis] - corner[axis]) / period[axis]).round();
+        }
+    }
+    corners
 }
 
 /// Delaunay triangles of the (x, y) of points in the plane, counter-clockwise.

@@ -3,7 +3,7 @@
 use rumple_numerics::Vec3;
 use rumple_numerics::num::{Short, real};
 
-use super::domain::Domain;
+use super::domain::{Domain, unfolded};
 use super::{noise, order, relax};
 use crate::{Sheet, SheetError, quality};
 
@@ -73,7 +73,7 @@ pub(super) fn accept(sheet: Sheet, domain: &impl Domain) -> Result<Sheet, String
         ));
     }
     for tri in sheet.triangles() {
-        let corners = tri.map(|v| sheet.rest()[v as usize]);
+        let corners = unfolded(tri.map(|v| sheet.rest()[v as usize]), domain.period());
         let centroid = corners.iter().sum::<Vec3>() / 3.0;
         let [x, y, z] = centroid.into();
         let near = || format!("the triangle at ({x:.3}, {y:.3}, {z:.3})");

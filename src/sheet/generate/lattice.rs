@@ -131,6 +131,7 @@ impl Lattice {
         let share = Share {
             owned: numbers.len(),
             before: 0,
+            periodic: false,
             euler: 1,
             numbers: Arc::new(numbers),
             triangle_numbers: Arc::new(triangle_numbers),

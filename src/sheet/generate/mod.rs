@@ -7,6 +7,7 @@
 //! neighbours are near one another in memory.
 
 mod capped;
+mod cell;
 mod curved;
 mod cylinder;
 mod density;
@@ -25,7 +26,10 @@ mod sphere;
 
 use serde::{Deserialize, Serialize};
 
+use super::periodic::with_images;
 use super::{Sheet, SheetError};
+use cell::Cell;
+use cylinder::Strip;
 use irregular::{check, irregular};
 
 pub use graph::Height;
@@ -46,6 +50,15 @@ pub enum Shape {
         width: f64,
         /// Extent along y.
         height: f64,
+    },
+    /// The same rectangle as one period of a sheet that repeats itself.
+    PeriodicRectangle {
+        /// Period along x.
+        width: f64,
+        /// Extent along y.
+        height: f64,
+        /// Whether it repeats itself along y too.
+        both: bool,
     },
     /// A flat rectangle around the origin in the plane z = 0, normal +z, of rows of nearly equilateral triangles: the
     /// number of vertices that is nearest, without a seed. A part of it is made without the rest ([`Lattice`]).
@@ -126,7 +139,9 @@ impl Shape {
     fn sizes(&self) -> Vec<(&'static str, f64)> {
         match *self {
             Self::Disc { radius } | Self::Sphere { radius, .. } => vec![("radius", radius)],
-            Self::Rectangle { width, height } | Self::Lattice { width, height } => {
+            Self::Rectangle { width, height }
+            | Self::PeriodicRectangle { width, height, .. }
+            | Self::Lattice { width, height } => {
                 vec![("width", width), ("height", height)]
             }
             Self::Polygon { .. } => Vec::new(),
@@ -162,6 +177,14 @@ pub fn generate(shape: &Shape, vertices: usize, seed: u64) -> Result<Sheet, Shee
         Shape::Rectangle { width, height } => {
             irregular(&planar::rectangle(width, height, vertices)?, vertices, seed)
         }
+        Shape::PeriodicRectangle { width, height, both: false } => {
+            let cell = irregular(&Strip::flat(width, height, vertices)?, vertices, seed)?;
+            with_images(&cell, [width, f64::INFINITY])
+        }
+        Shape::PeriodicRectangle { width, height, both: true } => {
+            let cell = irregular(&Cell::new([width, height], vertices)?, vertices, seed)?;
+            with_images(&cell, [width, height])
+        }
         Shape::Lattice { width, height } => Lattice::new([width, height], vertices)?.sheet(),
         Shape::Annulus { inner, outer } => {
             irregular(&planar::annulus(inner, outer, vertices)?, vertices, seed)
@@ -181,7 +204,7 @@ pub fn generate(shape: &Shape, vertices: usize, seed: u64) -> Result<Sheet, Shee
             capped::capped(radius, height, vertices, seed)
         }
         Shape::Cylinder { radius, height, caps: false } => {
-            irregular(&cylinder::Strip::new(radius, height, vertices)?, vertices, seed)
+            irregular(&Strip::new(radius, height, vertices)?, vertices, seed)
         }
         Shape::Cap { radius, height } => {
             irregular(&curved::Cap::new(radius, height, vertices)?, vertices, seed)

@@ -277,7 +277,7 @@ impl Lbfgs {
     fn may_hand_over(&self) -> bool {
         let affordable = self.matrix.pattern().rows() <= LARGE_SHEET
             && !self.inverse.is_vertexwise()
-            && !self.inverse.is_over_ranks();
+            && !self.inverse.has_ghosts();
         self.fixed.is_empty() && affordable
     }
 }

@@ -14,7 +14,7 @@ use crate::Vec3;
 use crate::effects::RankOneTerm;
 use crate::linear::{
     Block, BlockMatrix, BlockPattern, LinearError, LinearSolver, MixedPrecisionCholesky, Multigrid,
-    NotPositive,
+    NotPositive, PeriodicSolver,
 };
 use crate::model::Mechanics;
 use crate::num::whole;
@@ -178,12 +178,28 @@ impl Preconditioner {
     /// The same on a sheet that may be spread over ranks, of which `rows` vertices are here: there it is multigrid over all
     /// of them where the program has one.
     pub(super) fn for_ranks(self, reduction: &Reduction, rows: usize, moving: bool) -> Self {
-        let spread = reduction.distribution().is_some() && self == Self::Auto;
+        let spread = reduction.ranks().is_some() && self == Self::Auto;
         match linear_solvers::find(DISTRIBUTED_SOLVER) {
             Some(_) if spread => Self::Registered(DISTRIBUTED_SOLVER),
             None if spread => Self::Factor,
             _ => self.for_sheet(whole(reduction.count(rows)), moving),
         }
+    }
+
+    /// The solver of this kind, where it is one, for matrices of a pattern.
+    fn solver(
+        self,
+        in_double_precision: bool,
+        pattern: &Arc<BlockPattern>,
+    ) -> Result<Box<dyn LinearSolver>, LinearError> {
+        Ok(match self {
+            Self::Multigrid => Box::new(Multigrid::new(pattern)?),
+            Self::Registered(_) => self.registered(pattern)?,
+            _ if in_double_precision => {
+                Box::new(MixedPrecisionCholesky::in_double_precision(Arc::clone(pattern))?)
+            }
+            _ => Box::new(MixedPrecisionCholesky::new(Arc::clone(pattern))?),
+        })
     }
 
     /// In words, for reports.
@@ -304,17 +320,9 @@ impl HessianInverse {
         let sparse = match kind.for_sheet(vertices, false) {
             Preconditioner::Blocks => BaseInverse::Blocks(vec![Block::zeros(); rows], 1.0),
             Preconditioner::None => BaseInverse::Learnt(Diagonal::new(rows, 1.0)),
-            Preconditioner::Multigrid => BaseInverse::Solver(Box::new(Multigrid::new(pattern)?)),
-            Preconditioner::Registered(_) => BaseInverse::Solver(kind.registered(pattern)?),
-            Preconditioner::Factor | Preconditioner::Auto => {
-                let double = precision.is_double(vertices);
-                let new = if double {
-                    MixedPrecisionCholesky::in_double_precision
-                } else {
-                    MixedPrecisionCholesky::new
-                };
-                BaseInverse::Solver(Box::new(new(Arc::clone(pattern))?))
-            }
+            kind => BaseInverse::Solver(PeriodicSolver::boxed(pattern, |pattern| {
+                kind.solver(precision.is_double(vertices), pattern)
+            })?),
         };
         Ok(Self { sparse, low_rank: LowRankUpdate::default(), reduction, meters })
     }
@@ -358,24 +366,24 @@ impl HessianInverse {
 
     /// Whether it is the sum of solutions on the parts of the ranks, for which what is outermost in each is fixed.
     pub(super) fn is_additive(&self) -> bool {
-        self.is_over_ranks() && self.sparse.is_local()
+        self.has_ghosts() && self.sparse.is_local()
     }
 
     /// Whether it assumes positive definite matrices and gives no descent direction with others.
     pub(super) fn assumes_positive_definite(&self) -> bool {
-        matches!(&self.sparse, BaseInverse::Solver(solver) if solver.is_distributed())
+        matches!(&self.sparse, BaseInverse::Solver(solver)
+            if solver.is_distributed() && !solver.detects_indefinite())
     }
 
-    /// Whether the sheet is spread over ranks.
-    pub(super) fn is_over_ranks(&self) -> bool {
+    /// Whether the sheet has ghosts: it is spread over ranks, or periodic.
+    pub(super) fn has_ghosts(&self) -> bool {
         self.reduction.distribution().is_some()
     }
 
-    /// Whether it detects an indefinite matrix; over ranks no solver does.
+    /// Whether it detects an indefinite matrix, of the whole sheet.
     pub(super) fn detects_indefinite(&self) -> bool {
-        let detects =
-            matches!(&self.sparse, BaseInverse::Solver(solver) if solver.detects_indefinite());
-        detects && !self.is_over_ranks()
+        matches!(&self.sparse, BaseInverse::Solver(solver)
+            if solver.detects_indefinite() && (solver.is_distributed() || !self.has_ghosts()))
     }
 
     /// Whether it reads the shape.

@@ -176,6 +176,7 @@ fn cycle(
     control: &Control,
 ) -> Result<Cycle, SolveError> {
     let mut v = first;
+    pencil.restricted.update_ghosts(&mut v);
     pencil.fix_pins(&mut v);
     let raw = pencil.inner(&v, &v).sqrt();
     pencil.orthogonalise(&mut v, locked.iter().copied());

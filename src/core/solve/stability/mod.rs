@@ -37,7 +37,7 @@ use super::{Control, SolveError};
 use crate::Vec3;
 use crate::effects::{HessianPart, RankOneTerm};
 use crate::geometry::lumped_areas;
-use crate::linear::{BlockLdlt, BlockMatrix, LinearError, LinearSolver};
+use crate::linear::{BlockLdlt, BlockMatrix, LinearError, LinearSolver, PeriodicSolver};
 use crate::model::{Mechanics, Potential};
 use crate::num::real;
 use crate::reduction::Reduction;
@@ -125,7 +125,7 @@ impl Stability {
             mass: lumped_areas(sheet),
             matrix: BlockMatrix::zeros(Arc::clone(pattern)),
             shifted: BlockMatrix::zeros(Arc::clone(pattern)),
-            solver: analyse(pattern)?,
+            solver: PeriodicSolver::boxed(pattern, analyse)?,
             analyse,
             tally: mechanics.tally().clone(),
             reduction: sheet.reduction().clone(),
@@ -206,7 +206,7 @@ impl Stability {
     fn assemble(&mut self, potential: &mut Potential, x: &[Vec3]) -> Result<Parts, SolveError> {
         let pattern = potential.pattern(x);
         if pattern != *self.matrix.pattern() {
-            self.solver = (self.analyse)(&pattern)?;
+            self.solver = PeriodicSolver::boxed(&pattern, self.analyse)?;
             self.shifted = BlockMatrix::zeros(Arc::clone(&pattern));
             self.matrix = BlockMatrix::zeros(pattern);
         }

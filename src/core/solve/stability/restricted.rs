@@ -86,6 +86,11 @@ impl<'a> Restricted<'a> {
         self.reduction.sum(a.len(), |i| self.mass[i] * a[i].dot(&b[i]))
     }
 
+    /// Brings images to what their owners have.
+    pub(super) fn update_ghosts(&self, v: &mut [Vec3]) {
+        self.reduction.update_ghosts(v);
+    }
+
     /// The mass of every vertex.
     pub(super) fn mass(&self) -> &'a [f64] {
         self.mass

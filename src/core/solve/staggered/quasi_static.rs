@@ -37,6 +37,9 @@ use crate::solve::{Result, SolveError, Workspace};
 
 /// Iterations of relaxations between two checks of the stability of the shape: a check costs about as much as ten.
 const CHECK_INTERVAL: usize = 20;
+/// What a step counts for at least: a path of equilibria that takes an iteration or two a step loses its stability without
+/// being hard to follow, and is left after two steps.
+const LEAST_ITERATIONS: usize = 10;
 /// The largest drag in units of `S Y T`: a share of about S of T is then the time in which soft bending waves relax, whose
 /// stiffness is some 10⁻⁴ of that of stretching. Smaller ones cost steps in snaps.
 const LARGEST_DRAG: f64 = 1e-4;
@@ -151,7 +154,7 @@ impl Staggered {
             done.dissipated = done.dissipated.max(lost);
         }
         done.supplied = after - before + done.dissipated;
-        self.stabilised.unchecked += done.iterations;
+        self.stabilised.unchecked += done.iterations.max(LEAST_ITERATIONS);
         if self.stabilised.rests() && self.stabilised.unchecked >= CHECK_INTERVAL {
             self.stabilised.unchecked = 0;
             workspace.leave_saddle(next, done)?;

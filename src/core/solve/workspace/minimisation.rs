@@ -285,9 +285,13 @@ fn start_from(
     }
 }
 
-/// `x` scaled about its centre to where its edges fit their optimal lengths best; none if it is nearly that large.
+/// `x` scaled about its centre to where its edges fit their optimal lengths best; none if it is nearly that large, or
+/// keeps its periods.
 fn scaled(potential: &Potential, x: &[Vec3]) -> Option<Vec<Vec3>> {
     let (sheet, reduction) = (potential.sheet(), potential.reduction());
+    if !reduction.periods().is_empty() {
+        return None;
+    }
     let mut sums = [0.0; 2];
     for (edge, optimal) in sheet.edges().iter().zip(potential.metric().length()) {
         let [a, b] = edge.vertices.map(|v| x[v as usize]);

@@ -21,7 +21,7 @@ impl Workspace {
     /// Hessian, or spread over ranks.
     #[must_use]
     pub fn judges_stability(&self) -> bool {
-        let spread = self.model.sheet().reduction().distribution().is_some();
+        let spread = self.model.sheet().reduction().ranks().is_some();
         !spread && self.model.sheet().vertex_count() <= MAX_VERTICES
     }
 

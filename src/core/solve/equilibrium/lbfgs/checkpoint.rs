@@ -82,7 +82,7 @@ impl Lbfgs {
         let Memory { multigrid, weight, shift, refresh, learnt, factor } = memory;
         let reduction = mechanics.sheet().reduction();
         self.kind = match self.options.preconditioner {
-            auto @ Preconditioner::Auto if reduction.distribution().is_some() => {
+            auto @ Preconditioner::Auto if reduction.ranks().is_some() => {
                 auto.for_ranks(reduction, mechanics.sheet().vertex_count(), false)
             }
             Preconditioner::Auto if multigrid => Preconditioner::Multigrid,
