@@ -3,8 +3,8 @@
     benches/trials.py PROGRAM [--class N …] [--python PYTHON]
 
 Makes the scenes in a temporary folder, runs them with PROGRAM, compares with closed forms, conserved totals or Runge-Kutta
-integrations of its own, and prints a table for `docs/notebook/trials.md`. Class 8 needs PYTHON, an interpreter that has the
-module `rumple`. Standard library only; trials_sheets.py beside it has the classes of sheets, files and Python.
+integrations of its own, and prints the table that `docs/notebook/trials.md` sums up. Class 8 needs PYTHON, an interpreter
+that has the module `rumple`. Standard library only; trials_sheets.py beside it has the classes of sheets, files and Python.
 """
 
 import argparse

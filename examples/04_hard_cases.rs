@@ -1,4 +1,4 @@
-//! The table of hard cases in `docs/notebook/hard-cases.md`: every case of `models/hard/cases.toml` is run
+//! The table that `docs/notebook/hard-cases.md` sums up: every case of `models/hard/cases.toml` is run
 //! and compared with the expected outcome.
 //!
 //! ```sh
