@@ -77,7 +77,7 @@ pub(crate) fn with_images(cell: &Sheet, periods: [f64; 2]) -> Result<Sheet, Shee
 
 impl Sheet {
     /// Completes `surface`, a frame of a periodic sheet, whose first points are those of the cell, by its images; leaves what
-    /// does not fit as it is.
+    /// does not fit unchanged.
     pub fn add_images(&self, surface: &mut Surface) {
         let [vertices, triangles] = self.counts_of_whole();
         if self.reduction().periods().is_empty()

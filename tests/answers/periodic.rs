@@ -184,6 +184,43 @@ fn a_mode_of_a_torus_decays_at_its_rate() {
     converges("torus", &samples, 2e-3, 1.8);
 }
 
+/// exp(λt) of a mode cos(kx + ly) of Schnakenberg's law, λ the larger eigenvalue of J - k² D (Turing, Phil. Trans. B 237
+/// (1952) 37): u' = 0.1 - u + u²v, v' = 0.9 - u²v at u = 1, v = 0.9.
+fn turing(vertices: usize) -> Sample {
+    let (waves, until, k2) = ([3.0, 1.0], 4.0, (TAU * 3.0 / 4.0).powi(2) + (TAU / 3.0).powi(2));
+    let [a, b, c, d] = [0.8 - 0.01 * k2, 1.0, -1.8, -1.0 - 0.4 * k2];
+    let rate = 0.5 * (a + d + ((a - d).powi(2) + 4.0 * b * c).sqrt());
+    assert!(rate > 0.3, "{rate}");
+    let mode = format!("cos(2*pi*({}*x/4 + {}*y/3))", waves[0], waves[1]);
+    let scene = format!(
+        "[sheet]\nshape = \"rectangle\"\nperiodic = \"xy\"\nwidth = 4.0\nheight = 3.0\nvertices = {vertices}\n\
+         [kinetics]\nspecies.u = {{ }}\nspecies.v = {{ }}\nrates = {{ u = \"0.1 - u + u^2*v\", v = \"0.9 - u^2*v\" }}\n\
+         [kinetics.initial]\nu = {{ formula = \"1 + 1e-4*{mode}\" }}\nv = {{ formula = \"0.9 + {:e}*{mode}\" }}\n\
+         [[effect]]\nkind = \"diffusion\"\nspecies = \"u\"\ncoefficient = 0.01\n\
+         [[effect]]\nkind = \"diffusion\"\nspecies = \"v\"\ncoefficient = 0.4\n\
+         [time]\nuntil = {until}\nintegrator = {{ kind = \"staggered\", rtol = 1e-8, atol = 1e-10 }}\n",
+        1e-4 * (rate - a) / b
+    );
+    let (_, mut simulation) = prepare(&scene, &[]);
+    run(&mut simulation, until);
+    let (sheet, u) = (simulation.sheet(), &simulation.state().species[0]);
+    let n = owned(sheet);
+    let wave = |i: usize| {
+        let x = sheet.rest()[i];
+        (TAU * (waves[0] * x.x / 4.0 + waves[1] * x.y / 3.0)).cos()
+    };
+    let of = |f: &dyn Fn(usize) -> f64| (0..n).map(|i| f(i) * wave(i)).sum::<f64>();
+    let computed = 1e4 * of(&|i| u[i] - 1.0) / of(&wave);
+    let edge = (12.0 / n as f64).sqrt();
+    Sample { vertices: n, edge, computed, exact: (rate * until).exp() }
+}
+
+#[test]
+fn a_turing_mode_of_a_torus_grows_at_its_rate() {
+    let samples: Vec<Sample> = [800, 3200, 12800].map(turing).into();
+    converges("Turing", &samples, 1e-2, 1.8);
+}
+
 /// How much of every wave along x is in z, for the numbers of waves in the period from 0 to 12.
 fn spectrum(sheet: &Sheet, x: &[Vec3], width: f64) -> Vec<f64> {
     let part = |k: usize| {
@@ -214,7 +251,12 @@ fn a_film_on_a_foundation_wrinkles_at_its_critical_strain_and_wavelength() {
     assert!(below < 2e-3, "{below}");
     let (beyond, waves) = height(0.03);
     let most = (0..waves.len()).max_by(|a, b| waves[*a].total_cmp(&waves[*b])).unwrap();
-    println!("{below} {beyond} {waves:?}");
     assert_eq!(most, 6, "{waves:?}");
-    assert!(beyond > 0.1, "{beyond}");
+    // Beyond N stays what it is, k² a²/4 = ε - ε_c.
+    let (rigidity, stiffness): (f64, f64) = (7.5, 45.66);
+    let critical = 2.0 * (rigidity * stiffness).sqrt() / (2250.0 / (1.0 - 1.0 / 9.0));
+    let exact = 2.0 * (0.03 - critical).sqrt() / (TAU / 4.0);
+    let found = 2.0 * waves[most];
+    assert!((found / exact - 1.0).abs() < 0.03, "{found} {exact}");
+    assert!(beyond > 0.9 * exact, "{beyond}");
 }
