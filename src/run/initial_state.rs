@@ -74,6 +74,11 @@ pub(super) fn generated(scene: &Scene, spec: &scene::Shape) -> Result<Sheet> {
         })?;
         let size = [graph.width.get(), graph.height.get()];
         sheet::generate_graph(size, &|points| formula.at(points, 0.0), vertices, seed)
+    } else if let scene::Shape::Polygon(scene::Polygon { outline: Some(file), width, .. }) = spec {
+        let rings = sheet::read::outline(file, width.map(Positive::get));
+        let (points, holes) =
+            rings.map_err(|e| scene.error_at("sheet.outline", &e.to_string(), None))?;
+        sheet::generate(&sheet::Shape::Polygon { points, holes }, vertices, seed)
     } else {
         let shape = shape(spec).ok_or_else(|| {
             scene.error_at("sheet.shape", "no generator of this shape is registered", None)

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Initial, ParameterSpec, Scene, SheetSource, path_to};
+use super::{Initial, ParameterSpec, Polygon, Scene, Shape, SheetSource, path_to};
 
 impl Scene {
     /// Full path of the file that the scene was read from; empty for one that was parsed.
@@ -17,6 +17,11 @@ impl Scene {
         let mut files = Vec::new();
         if let SheetSource::File { file } = &self.sheet.source {
             files.push(("sheet.file".to_owned(), file.as_path()));
+        }
+        if let SheetSource::Generated(Shape::Polygon(Polygon { outline: Some(file), .. })) =
+            &self.sheet.source
+        {
+            files.push(("sheet.outline".to_owned(), file.as_path()));
         }
         if let Some(material) = &self.material {
             let fields = [("young", &material.young), ("thickness", &material.thickness)];
@@ -48,6 +53,11 @@ impl Scene {
     pub(super) fn resolve_paths_against(&mut self, folder: &Path) {
         let place = |path: &mut PathBuf| *path = folder.join(&path);
         if let SheetSource::File { file } = &mut self.sheet.source {
+            place(file);
+        }
+        if let SheetSource::Generated(Shape::Polygon(Polygon { outline: Some(file), .. })) =
+            &mut self.sheet.source
+        {
             place(file);
         }
         if let Some(material) = &mut self.material {

@@ -43,8 +43,8 @@ pub use self::material::{Material, PoissonRatio};
 pub use self::output::OutputSpec;
 pub use self::schema::schema;
 pub use self::sheet::{
-    Annulus, Bump, Cylinder, Direction, Disc, Imperfection, Periodic, Point, Rectangle, Shape,
-    SheetSource, SheetSpec, Sphere,
+    Annulus, Bump, Cylinder, Direction, Disc, Imperfection, Periodic, Point, Polygon, Rectangle,
+    Shape, SheetSource, SheetSpec, Sphere,
 };
 pub use self::stability::StabilitySpec;
 pub use self::time::{Span, TimeSpec};

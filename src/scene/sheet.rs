@@ -170,8 +170,15 @@ shape!(
 shape!(
     /// Outlines of a polygon.
     Polygon {
-        /// Corners of the outline in order, in units of length.
+        /// Corners of the outline in order, in units of length; none where a file has them.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
         points: Vec<[Finite; 2]>,
+        /// A drawing or a list of points, in place of `points` and `holes`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        outline: Option<PathBuf>,
+        /// Extent along x to which `outline` is scaled.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        width: Option<Positive>,
         /// Corners of each hole.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         holes: Vec<Vec<[Finite; 2]>>,
@@ -404,7 +411,7 @@ fn read_shape(name: Node, sizes: Node) -> Result<SheetSource, DocumentError> {
         "lattice" => read(sizes).map(Shape::Lattice),
         "annulus" => return read_annulus(sizes).map(SheetSource::Generated),
         "point" => return read_point(&sizes),
-        "polygon" => read(sizes).map(Shape::Polygon),
+        "polygon" => return read_polygon(sizes).map(SheetSource::Generated),
         "sphere" => read(sizes).map(Shape::Sphere),
         "cylinder" => read(sizes).map(Shape::Cylinder),
         "cap" => read(sizes).map(Shape::Cap),
@@ -429,6 +436,26 @@ fn read_point(rest: &Node) -> Result<SheetSource, DocumentError> {
         }
         _ => Ok(SheetSource::Point { shape: Point::Point }),
     }
+}
+
+fn read_polygon(sizes: Node) -> Result<Shape, DocumentError> {
+    let place = sizes.place.clone();
+    let found: Polygon =
+        read(sizes).map_err(|problem: DocumentError| problem.also_allowed(&COMMON_KEYS))?;
+    let listed = !found.points.is_empty();
+    let problem = match (listed, found.outline.is_some()) {
+        (false, false) => DocumentError::missing_key("points")
+            .help("a polygon has points = [[x, y], …], or outline = \"FILE.svg\" or a CSV file"),
+        (true, true) => DocumentError::plain("points and outline exclude each other"),
+        (false, true) if !found.holes.is_empty() => {
+            DocumentError::plain("the holes of an outline are in its file")
+        }
+        (true, false) if found.width.is_some() => {
+            DocumentError::plain("width scales an outline; points are in units of length")
+        }
+        _ => return Ok(Shape::Polygon(found)),
+    };
+    Err(problem.placed(&place))
 }
 
 fn read_annulus(sizes: Node) -> Result<Shape, DocumentError> {
@@ -475,6 +502,7 @@ fn unspecified(node: &Node) -> DocumentError {
         "z",
         "points",
         "holes",
+        "outline",
     ];
     let known: Vec<&str> = COMMON_KEYS.into_iter().chain(sizes).collect();
     if let Value::Table(entries) = &node.value

@@ -147,3 +147,41 @@ fn wrong_outlines_are_refused_with_the_place() {
         assert!(error.contains(message), "{error}");
     }
 }
+
+#[test]
+fn outlines_are_read_from_drawings_and_lists() {
+    let folder = tempfile::tempdir().unwrap();
+    let read = |name: &str, text: &str, width| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        rumple::sheet::read::outline(&path, width)
+    };
+    let ring = "x,y\n0,0\n4,0\n4,2\n0,2\n0,0\n\n1,0.5\n2,0.5\n2,1\n";
+    let (outline, holes) = read("a.csv", ring, None).unwrap();
+    assert_eq!(outline, [[0.0, 0.0], [4.0, 0.0], [4.0, 2.0], [0.0, 2.0]]);
+    assert_eq!(holes, [vec![[1.0, 0.5], [2.0, 0.5], [2.0, 1.0]]]);
+    // A circle of radius 10 around (20, 30), with a square hole; y points up.
+    let drawing = "<svg><path d=\"M 30 30 A 10 10 0 1 1 10 30 A 10 10 0 1 1 30 30 Z\"/>\
+        <polygon points=\"18,26 22,26 22,28 18,28\"/></svg>";
+    let (outline, holes) = read("b.svg", drawing, Some(2.0)).unwrap();
+    let far = outline.iter().map(|[x, y]| (x.hypot(*y) - 1.0).abs()).fold(0.0, f64::max);
+    assert!(outline.len() > 50 && far < 1e-3, "{} {far}", outline.len());
+    let expected = [[-0.2, 0.4], [0.2, 0.4], [0.2, 0.2], [-0.2, 0.2]];
+    let near = |(a, b): (&[f64; 2], &[f64; 2])| (a[0] - b[0]).hypot(a[1] - b[1]) < 1e-3;
+    assert!(holes[0].iter().zip(&expected).all(near), "{holes:?}");
+    for (name, text, message) in [
+        ("c.csv", "0,0\n1\n", "line 2: expected two numbers, found `1`"),
+        ("d.csv", "0,0\n1,1\n", "no closed ring"),
+        ("e.csv", "0,0\n1,nan\n2,2\n", "line 2"),
+        (
+            "f.svg",
+            "<svg>\n<g transform=\"scale(2)\"><path d=\"M0 0L1 0L1 1Z\"/></g></svg>",
+            "line 2: a transform",
+        ),
+        ("g.svg", "<svg>\n\n<path d=\"M 0 0 L 1 x\"/></svg>", "line 3: path"),
+        ("h.svg", "<svg><circle r=\"3\"/></svg>", "<circle>"),
+    ] {
+        let error = read(name, text, None).unwrap_err().to_string();
+        assert!(error.contains(message) && error.contains(name), "{error}");
+    }
+}

@@ -8,6 +8,7 @@ mod gmsh;
 mod legacy;
 mod model;
 mod obj;
+mod outline;
 mod physical_groups;
 mod ply;
 mod polygons;
@@ -23,6 +24,7 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
 use super::{SheetError, Surface};
+pub use outline::{Ring, outline};
 
 /// Largest file that is read into memory (bytes).
 const LARGEST_FILE: u64 = 1 << 33;
