@@ -1,11 +1,16 @@
-//! The version that the program states: with the commit where it is built from its repository, and its features.
+//! The version that the program states: with its features, and with the commit where it is built from its repository or
+//! `RUMPLE_COMMIT` gives one. With that variable, empty or not, a new commit alone builds nothing again.
 
 use std::path::Path;
 use std::process::Command;
 
 fn main() {
     println!("cargo::rerun-if-changed=src/build.rs");
-    let commit = commit();
+    println!("cargo::rerun-if-env-changed=RUMPLE_COMMIT");
+    let commit = match std::env::var("RUMPLE_COMMIT") {
+        Ok(given) => Some(given).filter(|given| !given.is_empty()),
+        Err(_) => commit(),
+    };
     let features = [("CARGO_FEATURE_MPI64", "mpi64"), ("CARGO_FEATURE_MPI", "mpi")];
     let features = features.iter().find(|(variable, _)| std::env::var_os(variable).is_some());
     let features = features.map(|(_, name)| format!("features: {name}"));
