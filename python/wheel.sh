@@ -7,7 +7,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 tools=target/python/zig
 python3 -m venv "$tools"
-"$tools/bin/pip" install --quiet --disable-pip-version-check 'maturin>=1.7,<2' ziglang cargo-zigbuild
+"$tools/bin/pip" install --quiet --disable-pip-version-check 'maturin>=1.9,<2' ziglang cargo-zigbuild
 # Objects for another linker are kept apart.
 export CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-$PWD/target}/zig
 # maturin and cargo-zigbuild ask the first python3 for zig.

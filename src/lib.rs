@@ -165,6 +165,9 @@ pub use rumple_core::{linear, register_kind, register_linear_solver};
 pub use rumple_numerics::{Vec3, checked_number, num, record, reduction, tally};
 pub use run::{Error, Result, Simulation};
 
+/// The version of this crate, with the commit that it was built from and its features, where they are known.
+pub const VERSION: &str = env!("RUMPLE_VERSION");
+
 pub(crate) use rumple_core::document;
 pub use rumple_core::{Stepper, stepper};
 pub(crate) use rumple_numerics::parallel;

@@ -9,11 +9,13 @@
 
 `Simulation` steps a scene and is asked for positions, species, energies and fields; `Law` is a law written in
 Python; `scene` makes a scene of keyword arguments. `run` writes a result directory, `resume` continues it, `read` opens it. `sweep`, `accuracy` and `compare` make
-many runs of a scene and return tables. Everything that can go wrong is an `Error`: a `SceneError`, `LawError`, `SolverError` or `FileError`.
+many runs of a scene and return tables. Everything that can go wrong is an `Error`: a `SceneError`, `LawError`, `SolverError` or `FileError`. What the program
+prints while it works goes to the logger `rumple`, as information.
 """
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -67,6 +69,8 @@ __all__ = [
     "scene",
     "sweep",
 ]
+
+logging.getLogger("rumple").addHandler(logging.NullHandler())
 
 
 def law(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import time
 from collections.abc import Callable
@@ -26,23 +27,43 @@ def watched(
     return both, close
 
 
+def counted(progress: bool | Callable[[float, str], Any]) -> tuple[Callable[[str], None] | None, Callable[[], None]]:
+    """What a study calls with a line for everything that happens, and what ends the display."""
+    if not progress:
+        return None, lambda: None
+    share = [0.0]
+    tell, close = (progress, lambda: None) if callable(progress) else _bar(lambda text: text)
+
+    def line(text: str) -> None:
+        if ended := re.match(r"\[(\d+)/(\d+)\] ", text):
+            share[0] = int(ended[1]) / int(ended[2])
+        tell(share[0], text)
+
+    return line, close
+
+
 def _display(until: float) -> tuple[Callable[[float, Any], None], Callable[[], None]]:
-    """A bar of tqdm, which fits notebooks and terminals, or without tqdm a line every few seconds."""
+    """A bar for the state of a run."""
+    return _bar(lambda state: f"time {state.time:.6g} of {until:.6g}, step {state.steps}", INTERVAL)
+
+
+def _bar(words: Callable[[Any], str], interval: float = 0.0) -> tuple[Callable[[float, Any], None], Callable[[], None]]:
+    """A bar of tqdm, which fits notebooks and terminals, or without tqdm a line, one in `interval` seconds at most."""
     try:
         from tqdm.auto import tqdm
     except ImportError:
         last = [time.monotonic()]
 
-        def line(share: float, state: Any) -> None:
-            if time.monotonic() - last[0] >= INTERVAL:
+        def line(share: float, what: Any) -> None:
+            if time.monotonic() - last[0] >= interval:
                 last[0] = time.monotonic()
-                print(f"{100 * share:3.0f} %  time {state.time:.6g} of {until:.6g}  step {state.steps}", file=sys.stderr)
+                print(f"{100 * share:3.0f} %  {words(what)}", file=sys.stderr)
 
         return line, lambda: None
     bar = tqdm(total=100.0, bar_format="{l_bar}{bar}| {elapsed}<{remaining}{postfix}")
 
-    def move(share: float, state: Any) -> None:
+    def move(share: float, what: Any) -> None:
         bar.update(100.0 * min(share, 1.0) - bar.n)
-        bar.set_postfix_str(f"time {state.time:.6g}, step {state.steps}")
+        bar.set_postfix_str(words(what))
 
     return move, bar.close

@@ -3,13 +3,17 @@
 from ._rumple import Error
 
 
-def mesh(points, triangles, fields, cell_fields):
-    """A PolyData with fields as point and cell data."""
+def _pyvista():
     try:
         import pyvista
     except ImportError as error:
         raise Error("pyvista is not installed: pip install pyvista") from error
-    surface = pyvista.PolyData.from_regular_faces(points, triangles)
+    return pyvista
+
+
+def mesh(points, triangles, fields, cell_fields):
+    """A PolyData with fields as point and cell data."""
+    surface = _pyvista().PolyData.from_regular_faces(points, triangles)
     surface.point_data.update(fields)
     surface.cell_data.update(cell_fields)
     return surface
@@ -20,3 +24,16 @@ def mesh_of(simulation):
     return mesh(
         simulation.positions, simulation.triangles, simulation.fields(), simulation.fields(cells=True)
     )
+
+
+def series(frames):
+    """A MultiBlock of frames in the order of time, with their times as the field `time`."""
+    blocks = _pyvista().MultiBlock()
+    times = []
+    for number, frame in enumerate(frames):
+        times.append(float(number) if frame.time is None else frame.time)
+        surface = frame.to_pyvista()
+        surface.field_data["time"] = times[-1:]
+        blocks.append(surface, f"time {times[-1]:g}")
+    blocks.field_data["time"] = times
+    return blocks

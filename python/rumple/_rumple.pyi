@@ -23,17 +23,19 @@ class Error(Exception):
     path: Optional[str]
     line: Optional[int]
     column: Optional[int]
+    key: Optional[str]
+    vertex: Optional[int]
     time: Optional[float]
     folder: Optional[Path]
 
 class SceneError(Error):
-    """A scene is wrong: `path`, `line`, `column`."""
+    """A scene is wrong: `path`, `line`, `column`, `key`."""
 
 class LawError(Error):
-    """A law cannot be loaded, or one of its calls failed."""
+    """A law cannot be loaded, or one of its calls failed: `vertex`."""
 
 class SolverError(Error):
-    """A solver stopped without a result; of a run `time` and `folder`."""
+    """A solver stopped without a result; of a run `time`, `vertex` and `folder`."""
 
 class FileError(Error):
     """A mesh, a state or a result cannot be read or written."""
@@ -100,6 +102,7 @@ def run(
     scene: Scene,
     out: Optional[_Path],
     state: Optional[_Path],
+    start_time: Optional[float],
     force: bool,
     observe: Optional[Callable[[State], Any]],
     law: Optional[Law],
@@ -268,6 +271,16 @@ class Simulation:
 
         `observe(sim, step)` is called after every accepted step; a true result ends the run there.
         """
+    def checkpoint(self, path: _Path) -> None:
+        """Writes all that later steps depend on into a file: state, step control, memory of the solvers.
+
+        The start is brought to equilibrium before. Integrators whose history cannot be stored (`monolithic`, `explicit` with
+        `tsit45`) restart from the state, here too.
+        """
+    def restore(self, path: _Path) -> None:
+        """Continues from the file of a checkpoint of the same scene and law, with the same steps; any other is refused."""
+    def copy(self) -> Simulation:
+        """Another simulation in the same state, which makes the same steps, as by `checkpoint` and `restore`."""
     def energies(self) -> dict[str, float]:
         """Energy of every effect that has one, by name."""
     def ledger_row(self) -> dict[str, float]:

@@ -83,6 +83,12 @@ class Results:
         times = [float(k) if frame.time is None else frame.time for k, frame in enumerate(frames)]
         return xarray.Dataset(data, coords={"time": times, "axis": ["x", "y", "z"]})
 
+    def to_pyvista(self) -> Any:
+        """All frames as a MultiBlock of PyVista, a block a frame; `field_data["time"]` of it and of every block has the times."""
+        from ._pyvista import series
+
+        return series(self.frames)
+
     def show(self, height: int = 600) -> Any:
         """Shows the viewer of the results, the file `report.html`: within a notebook, or else in a browser.
 

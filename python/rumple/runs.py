@@ -9,7 +9,7 @@ from typing import Any
 
 from . import _rumple
 from ._progress import watched
-from ._rumple import Law, Scene, State, load
+from ._rumple import Error, Law, Scene, State, load
 from .results import Results, read
 
 __all__ = ["resume", "run"]
@@ -25,6 +25,7 @@ def run(
     out: str | os.PathLike[str] | None = None,
     *,
     state: str | os.PathLike[str] | None = None,
+    start_time: float | None = None,
     force: bool = False,
     observe: Callable[[State], Any] | None = None,
     progress: bool | Callable[[float, State], Any] = False,
@@ -37,15 +38,17 @@ def run(
     Without `out` the directory is named after the scene and the time. One that is not empty is refused, unless `force`
     replaces the results of an earlier run in it. `observe(state)` is called with a `State` after every accepted step;
     a true result ends the run there. `progress` shows how far the run is, by tqdm if that is installed, or calls
-    `progress(share of time, state)`. `threads` is how many compute, 0 for all cores; results do not depend on it. `state` is a file, such as a frame, whose positions and species the run starts from, as by
-    `--from`. `law` is one in Python, by default that of the scene.
+    `progress(share of time, state)`. `threads` is how many compute, 0 for all cores; results do not depend on it. `state` is a file, such as a
+    frame, whose positions and species the run starts from, as by `--from`; `start_time` is the time at which it begins, by default 0. `law` is one in Python, by default that of the scene.
 
     Ctrl-C, and an exception in `observe`, end the run after writing what `resume` needs. Raises `Error`.
     """
+    if start_time is not None and state is None:
+        raise Error("start_time is the time at which a state continues: give its file as state")
     scene = checked(scene)
     observe, close = watched(observe, progress, scene.until)
     try:
-        return read(_rumple.run(scene, out, state, force, observe, law, plugins, threads))
+        return read(_rumple.run(scene, out, state, start_time, force, observe, law, plugins, threads))
     finally:
         close()
 

@@ -16,6 +16,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from . import _rumple
+from ._progress import counted
 from ._rumple import Error, Law, Scene, load
 from .runs import checked
 
@@ -74,6 +75,7 @@ def _table(
     scene: Scene | str | os.PathLike[str],
     out: Any,
     settings: dict[str, Any],
+    progress: bool | Callable[[float, str], Any],
     study: Callable[[Scene, Any], Any],
 ) -> tuple[Any, Any]:
     """The table `name` of a study in the directory `out`, or in one that is removed again; what `study` returns."""
@@ -88,7 +90,11 @@ def _table(
         member = [*MEMBER, "" if kept is None else str(kept)]
         usual = {"jobs": 1, "threads": 1, "retry_failed": False, "member": member}
         given = _saved(given, root, settings["force"])
-        said = study(given, SimpleNamespace(out=root, **{**usual, **settings}))
+        happens, close = counted(progress)
+        try:
+            said = study(given, SimpleNamespace(out=root, progress=happens, **{**usual, **settings}))
+        finally:
+            close()
         table = pandas.read_csv(root / name)
     table.attrs["directory"] = None if out is None else str(root.absolute())
     return table, said
@@ -105,13 +111,15 @@ def sweep(
     force: bool = False,
     retry_failed: bool = False,
     threads: int = 1,
+    progress: bool | Callable[[float, str], Any] = False,
     law: Law | None = None,
     plugins: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = (),
 ) -> Any:
     """Runs a scene over all combinations of values of its keys, as `rumple sweep` does; a row a member.
 
     `over` has for every key path a sequence of values, or a text as after `--over`, such as `"0.5..1.5:5"`. `seeds=n`
-    repeats every member with n seeds of everything random. `jobs` members run at once, with `threads` each.
+    repeats every member with n seeds of everything random. `jobs` members run at once, with `threads` each. `progress` shows
+    how many have ended, by tqdm if that is installed, or calls `progress(share of members, text)` for everything that happens.
 
     The DataFrame has the keys, `status`, measures of the last state, time and work. Members that fail have the status
     `failed` and a `reason`. The results of all members stay in the directory `out`, where the same call continues; without
@@ -128,7 +136,7 @@ def sweep(
     }
     over = None if over is None else dict(over)
     study = lambda scene, how: _rumple.sweep(scene, over, seeds, level, how)
-    return _table("sweep.csv", scene, out, settings, study)[0]
+    return _table("sweep.csv", scene, out, settings, progress, study)[0]
 
 
 def accuracy(
@@ -148,6 +156,8 @@ def accuracy(
     jobs: int = 1,
     force: bool = False,
     retry_failed: bool = False,
+    threads: int = 1,
+    progress: bool | Callable[[float, str], Any] = False,
     law: Law | None = None,
     plugins: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = (),
 ) -> Any:
@@ -155,7 +165,7 @@ def accuracy(
 
     The DataFrame has a row for every run that is compared: integrator, tolerance, errors as shares, times and work. Its
     `attrs["advice"]` says what reaches the error `want` of the quantity `of` at the least cost. `limit` is the wall time
-    of a run in seconds. Report and plots stay in the directory `out`; without it they are removed.
+    of a run in seconds. Report and plots stay in the directory `out`; without it they are removed. `progress` is that of `sweep`.
     """
     asked = SimpleNamespace(
         integrators=list(integrators),
@@ -167,10 +177,17 @@ def accuracy(
         want=want,
         of=of,
     )
-    settings = {"force": force, "jobs": jobs, "retry_failed": retry_failed, "law": law, "plugins": plugins}
+    settings = {
+        "force": force,
+        "jobs": jobs,
+        "retry_failed": retry_failed,
+        "threads": threads,
+        "law": law,
+        "plugins": plugins,
+    }
     over = None if over is None else dict(over)
     study = lambda scene, how: _rumple.accuracy(scene, over, level, asked, how)
-    table, advice = _table("accuracy.csv", scene, out, settings, study)
+    table, advice = _table("accuracy.csv", scene, out, settings, progress, study)
     table.attrs["advice"] = advice
     return table
 
@@ -185,6 +202,7 @@ def compare(
     force: bool = False,
     retry_failed: bool = False,
     threads: int = 1,
+    progress: bool | Callable[[float, str], Any] = False,
     law: Law | None = None,
     plugins: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = (),
 ) -> Any:
@@ -192,7 +210,7 @@ def compare(
 
     The DataFrame has a row for every output time of every member: distances from the first member, measures, and in the
     last row of a member its work. `attrs["report"]` has the lines that the program prints: pairings that are left out, time
-    scales and a table. The same call continues in the directory `out`.
+    scales and a table. The same call continues in the directory `out`. `progress` is that of `sweep`.
     """
     settings = {
         "force": force,
@@ -203,6 +221,6 @@ def compare(
         "plugins": plugins,
     }
     study = lambda scene, how: _rumple.compare(scene, list(policies), list(integrators), how)
-    table, report = _table("compare.csv", scene, out, settings, study)
+    table, report = _table("compare.csv", scene, out, settings, progress, study)
     table.attrs["report"] = "\n".join(report)
     return table

@@ -16,16 +16,21 @@ create_exception!(
     rumple,
     Error,
     PyException,
-    "Anything that can go wrong. `path`, `line` and `column` are the place in a scene, `time` is that of a run that stopped and \
-     `folder` its failure report; None where they do not apply."
+    "Anything that can go wrong. `path`, `line`, `column` and `key` are the place in a scene, `vertex` is one to blame, `time` that of \
+     a run that stopped and `folder` its failure report; None where they do not apply."
 );
-create_exception!(rumple, SceneError, Error, "A scene is wrong: `path`, `line`, `column`.");
-create_exception!(rumple, LawError, Error, "A law cannot be loaded, or one of its calls failed.");
+create_exception!(rumple, SceneError, Error, "A scene is wrong: `path`, `line`, `column`, `key`.");
+create_exception!(
+    rumple,
+    LawError,
+    Error,
+    "A law cannot be loaded, or one of its calls failed: `vertex`."
+);
 create_exception!(
     rumple,
     SolverError,
     Error,
-    "A solver stopped without a result; of a run `time` and `folder`."
+    "A solver stopped without a result; of a run `time`, `vertex` and `folder`."
 );
 create_exception!(
     rumple,
@@ -38,7 +43,7 @@ create_exception!(
 pub(crate) fn add_errors(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let py = module.py();
     let error = py.get_type::<Error>();
-    for attribute in ["path", "line", "column", "time", "folder"] {
+    for attribute in ["path", "line", "column", "key", "vertex", "time", "folder"] {
         error.setattr(attribute, py.None())?;
     }
     module.add("Error", error)?;
@@ -62,15 +67,22 @@ fn of_class(py: Python<'_>, error: &rumple::Error, text: String) -> PyResult<PyE
                 value.setattr("line", line)?;
                 value.setattr("column", column)?;
             }
+            value.setattr("key", scene.key())?;
             raised
         }
         rumple::Error::Stopped(failure) => {
             let raised = of_class(py, &failure.error, text)?;
             raised.value(py).setattr("time", failure.time)?;
+            raised.value(py).setattr("vertex", failure.vertex)?;
             raised.value(py).setattr("folder", &failure.folder)?;
             raised
         }
-        rumple::Error::Kinetics(_) => LawError::new_err(text),
+        rumple::Error::Kinetics(law) => {
+            let raised = LawError::new_err(text);
+            let vertex = law.site().filter(|site| site.location == "vertex").map(|site| site.point);
+            raised.value(py).setattr("vertex", vertex)?;
+            raised
+        }
         rumple::Error::Solve(_) | rumple::Error::Broken(_) => SolverError::new_err(text),
         rumple::Error::Sheet(_) | rumple::Error::Output(_) => FileError::new_err(text),
         _ => Error::new_err(text),
@@ -215,13 +227,19 @@ pub(crate) fn call<R: Send>(
 }
 
 /// Options of the program that errors of the library name, and what they are here.
-const PYTHON_NAMES: [(&str, &str); 5] = [
+const PYTHON_NAMES: [(&str, &str); 6] = [
     ("choose another with --out, or give --force", "choose another out, or give force=True"),
     ("choose another, or give --force", "choose another, or give force=True"),
     ("--plugin-path DIR", "plugins=[DIR]"),
+    ("--start-time ", "start_time "),
     ("[--set:", "[overrides:"),
     ("[--over", "[over"),
 ];
+
+/// A text of the library with the options as they are called here.
+pub(crate) fn in_python(text: String) -> String {
+    PYTHON_NAMES.iter().fold(text, |text, (there, here)| text.replace(there, here))
+}
 
 /// The exception of an error, as the program prints it but for colours and options.
 fn raised(py: Python<'_>, error: &rumple::Error, cause: Option<PyErr>) -> PyErr {
@@ -235,8 +253,8 @@ fn raised(py: Python<'_>, error: &rumple::Error, cause: Option<PyErr>) -> PyErr 
         rumple::Error::Scene(scene) => scene.reworded(&PYTHON_NAMES).rendered(false),
         other => other.to_string(),
     };
-    let text = PYTHON_NAMES.iter().fold(text, |text, (there, here)| text.replace(there, here));
-    let raised = of_class(py, error, text.trim_end().to_owned()).unwrap_or_else(|error| error);
+    let raised =
+        of_class(py, error, in_python(text).trim_end().to_owned()).unwrap_or_else(|error| error);
     raised.set_cause(py, cause);
     raised
 }

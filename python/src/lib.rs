@@ -8,6 +8,7 @@ mod convert;
 mod course;
 mod engine;
 mod law;
+mod log;
 mod overrides;
 mod plugins;
 mod run;

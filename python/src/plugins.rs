@@ -22,6 +22,7 @@ pub(crate) fn remember_package(py: Python<'_>) -> PyResult<()> {
 }
 
 /// Folders in which plugins are looked for first: a path, or several.
+#[derive(Clone)]
 pub(crate) struct Plugins(Vec<PathBuf>);
 
 impl Plugins {

@@ -9,7 +9,7 @@ use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rumple::model::Evaluation;
-use rumple::output::{Interrupt, Mode, Progress, ResultDirectory};
+use rumple::output::{Interrupt, ResultDirectory};
 use rumple::run::run::{Ending, continued, recorded};
 use rumple::run::{Observer, StepInfo, inspect, provenance, resume as resumption};
 use rumple::sheet::read;
@@ -20,7 +20,7 @@ use crate::engine::{Pending, Slot};
 use crate::law::Law;
 use crate::plugins::Plugins;
 use crate::scene::Scene;
-use crate::{convert, engine, overrides};
+use crate::{convert, engine, log, overrides};
 
 /// A state of a run that writes results, for observers.
 #[pyclass(module = "rumple", frozen, get_all)]
@@ -165,6 +165,7 @@ struct Reached {
 
 /// Issues a warning for the line of Python that is `level` calls up; 1 is the one that called the engine.
 pub(crate) fn warn(py: Python<'_>, text: &str, level: usize) -> PyResult<()> {
+    let text = engine::in_python(text.to_owned());
     py.import("warnings")?.call_method1("warn", (text, py.get_type::<PyUserWarning>(), level))?;
     Ok(())
 }
@@ -177,13 +178,14 @@ pub(crate) fn full(path: &Path) -> rumple::Result<PathBuf> {
 
 /// Runs a scene and writes its results; the directory.
 #[pyfunction]
-#[pyo3(signature = (scene, out, state, force, observe, law, plugins, threads))]
+#[pyo3(signature = (scene, out, state, start_time, force, observe, law, plugins, threads))]
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn run(
     py: Python<'_>,
     scene: &Scene,
     out: Option<PathBuf>,
     state: Option<PathBuf>,
+    start_time: Option<f64>,
     force: bool,
     observe: Option<Py<PyAny>>,
     law: Option<&Law>,
@@ -203,15 +205,16 @@ pub(crate) fn run(
         let state = state.map(|path| full(&path)).transpose()?;
         if let Some(path) = &state {
             inputs.add("the state", path);
-            inspect::take_state(&mut simulation, &read::surface(path)?)?;
+            inspect::start_from(&mut simulation, &scene, read::surface(path)?, start_time)?;
         }
         inputs.outside(&root)?;
         let directory = ResultDirectory::prepare(&root, force)?;
         (reached.root, reached.report) = (root, scene.output.report);
         reached.notes = simulation.notes().to_vec();
-        let mut progress = Progress::new(Mode::Silent, scene.time.span.until.get());
+        let mut progress = log::progress(scene.time.span.until.get());
         let origin = (&*scene, state.as_deref());
         let done = recorded(origin, &mut simulation, &directory, &mut progress, interrupt, others);
+        progress.finish();
         reached.notes.extend_from_slice(simulation.faults());
         done.map(|_| ())
     })
@@ -245,8 +248,9 @@ pub(crate) fn resume(
         (reached.root, reached.report) = (root, resumed.scene.output.report);
         reached.notes = resumed.notes.clone();
         let end = resumed.scene.time.span.until.get();
-        let mut progress = Progress::new(Mode::Silent, end);
+        let mut progress = log::progress(end);
         let done = continued(&mut resumed, &directory, &mut progress, interrupt, others);
+        progress.finish();
         reached.notes.extend_from_slice(resumed.simulation.faults());
         done.map(|_| ())
     })

@@ -1,5 +1,6 @@
 //! A simulation: stepped, asked and changed between steps.
 
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use numpy::PyArray2;
@@ -8,20 +9,20 @@ use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 use rumple::geometry;
 use rumple::run::schedule::OutputSchedule;
-use rumple::run::{StopRules, inspect};
+use rumple::run::{Checkpoint, StopRules, inspect};
 use rumple::sheet::Surface;
 use rumple::solve::StepReport;
 use rumple::study::{Measures, measure};
 
-use crate::convert;
 use crate::course::{Course, OwnedField};
 use crate::engine::{Error, Pending};
 use crate::law::Law;
 use crate::plugins::Plugins;
-use crate::run::warn;
-use crate::scene::SceneOrFile;
+use crate::run::{full, warn};
+use crate::scene::{Scene, SceneOrFile};
 use crate::species::Species;
 use crate::step::Step;
+use crate::{convert, engine};
 
 /// A scene that is set up, to be stepped and asked.
 #[pyclass(module = "rumple")]
@@ -30,6 +31,10 @@ pub(crate) struct Simulation {
     course: Mutex<Course>,
     pending: Pending,
     broken: bool,
+    /// Scene, law and folders of plugins, for another one of the same.
+    scene: Py<Scene>,
+    law: Option<Py<Law>>,
+    plugins: Option<Plugins>,
 }
 
 impl Simulation {
@@ -39,9 +44,55 @@ impl Simulation {
         py: Python<'_>,
         work: impl FnOnce(&mut Course) -> rumple::Result<R> + Send,
     ) -> PyResult<R> {
-        let Self { course, pending, broken } = self;
+        let Self { course, pending, broken, .. } = self;
         let course = course.get_mut().unwrap_or_else(PoisonError::into_inner);
         pending.call(py, broken, || work(course))
+    }
+
+    /// Sets up a scene with a law in Python and folders of plugins.
+    fn set_up(
+        py: Python<'_>,
+        scene: Py<Scene>,
+        law: Option<Py<Law>>,
+        plugins: Option<Plugins>,
+    ) -> PyResult<Self> {
+        let pending = Pending::default();
+        let host_law = scene.get().host_law(law.as_ref().map(Py::get), &pending.law);
+        let search = Plugins::search(plugins.as_ref()).with_law(host_law);
+        let (checked, control) = (Arc::clone(&scene.get().checked), pending.control());
+        let made = pending.call(py, &mut false, move || {
+            let mut engine = rumple::Simulation::new(&checked, &search)?;
+            engine.set_control(control);
+            let (schedule, rules) = (OutputSchedule::of(&checked), StopRules::of(&checked));
+            let until = checked.time.span.until.get();
+            let latest = StepReport::default();
+            Ok(Course { engine, schedule, rules, until, prepared: false, latest, changed: false })
+        })?;
+        Ok(Self { course: Mutex::new(made), pending, broken: false, scene, law, plugins })
+    }
+
+    /// The checkpoint of its state.
+    fn checkpointed(&mut self, py: Python<'_>) -> PyResult<Checkpoint> {
+        let scene = Arc::clone(&self.scene.get().checked);
+        self.with(py, |course| {
+            course.prepare()?;
+            Checkpoint::of(&scene, &mut course.engine)
+        })
+    }
+
+    /// A simulation of the same that continues from a checkpoint.
+    fn continued(&self, py: Python<'_>, checkpoint: &Checkpoint) -> PyResult<Self> {
+        let again = |law: &Py<Law>| law.clone_ref(py);
+        let (scene, law) = (self.scene.clone_ref(py), self.law.as_ref().map(again));
+        let mut made = Self::set_up(py, scene, law, self.plugins.clone())?;
+        let scene = Arc::clone(&self.scene.get().checked);
+        made.with(py, |course| {
+            checkpoint.take_up(&scene, &mut course.engine)?;
+            course.prepared = true;
+            course.schedule.pass(checkpoint.time());
+            Ok(())
+        })?;
+        Ok(made)
     }
 
     /// What can be read without work.
@@ -88,25 +139,12 @@ impl Simulation {
     fn new(
         py: Python<'_>,
         scene: SceneOrFile<'_>,
-        law: Option<&Law>,
+        law: Option<Py<Law>>,
         plugins: Option<Plugins>,
     ) -> PyResult<Self> {
-        let scene = scene.checked(py)?;
-        let scene = scene.get();
-        let pending = Pending::default();
-        let law = scene.host_law(law, &pending.law);
-        let (scene, control) = (Arc::clone(&scene.checked), pending.control());
-        let made = pending.call(py, &mut false, move || {
-            let search = Plugins::search(plugins.as_ref()).with_law(law);
-            let mut engine = rumple::Simulation::new(&scene, &search)?;
-            engine.set_control(control);
-            let (schedule, rules) = (OutputSchedule::of(&scene), StopRules::of(&scene));
-            let until = scene.time.span.until.get();
-            let latest = StepReport::default();
-            Ok(Course { engine, schedule, rules, until, prepared: false, latest, changed: false })
-        })?;
-        made.engine.notes().iter().try_for_each(|note| warn(py, note, 1))?;
-        Ok(Self { course: Mutex::new(made), pending, broken: false })
+        let mut made = Self::set_up(py, scene.checked(py)?.unbind(), law, plugins)?;
+        made.course().engine.notes().iter().try_for_each(|note| warn(py, note, 1))?;
+        Ok(made)
     }
 
     /// Brings the start into equilibrium and tries its laws, as the first step does; the number of iterations.
@@ -166,6 +204,25 @@ impl Simulation {
     fn __next__(&mut self, py: Python<'_>) -> PyResult<Option<Step>> {
         let until = self.goal(None)?;
         self.advance(py, until)
+    }
+
+    /// Writes all that later steps depend on into a file.
+    fn checkpoint(&mut self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let checkpoint = self.checkpointed(py)?;
+        engine::call(py, || checkpoint.write(&full(&path)?))
+    }
+
+    /// Continues from the file of a checkpoint of the same scene.
+    fn restore(&mut self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let checkpoint = engine::call(py, || Checkpoint::read(&full(&path)?))?;
+        *self = self.continued(py, &checkpoint)?;
+        Ok(())
+    }
+
+    /// Another simulation in the same state, which makes the same steps.
+    fn copy(&mut self, py: Python<'_>) -> PyResult<Self> {
+        let checkpoint = self.checkpointed(py)?;
+        self.continued(py, &checkpoint)
     }
 
     /// Why the run is at its end; None before it.

@@ -16,12 +16,12 @@ use rumple::study::run::{Runs, Settings};
 use rumple::study::{Purpose, compare as comparison, run};
 use rumple::view;
 
-use crate::engine::Pending;
+use crate::engine::{Pending, Slot};
 use crate::law::Law;
-use crate::overrides;
 use crate::plugins::Plugins;
 use crate::run::full;
 use crate::scene::Scene;
+use crate::{log, overrides};
 
 /// What all studies have.
 #[derive(FromPyObject)]
@@ -40,6 +40,8 @@ pub(crate) struct How {
     plugins: Option<Plugins>,
     /// Command of a member in a process of its own.
     member: Vec<OsString>,
+    /// Called with a line of text for everything that happens, if given.
+    progress: Option<Py<PyAny>>,
 }
 
 impl How {
@@ -59,7 +61,7 @@ impl How {
         &self,
         purpose: Purpose,
         mut plan: Plan,
-        interrupt: Interrupt,
+        (interrupt, raised): (Interrupt, &Slot),
     ) -> rumple::Result<Vec<String>> {
         let root = full(&self.out)?;
         let settings = Settings {
@@ -71,7 +73,15 @@ impl How {
         let said = RefCell::new(Vec::new());
         let say = &|text: &str| said.borrow_mut().push(text.to_owned());
         let member = self.member.clone();
-        let runs = Runs { purpose, settings, member, happens: &|_| (), say };
+        let happens = &|text: &str| {
+            log::info(text);
+            let Some(progress) = &self.progress else { return };
+            if let Err(error) = Python::attach(|py| progress.call1(py, (text,)).map(drop)) {
+                raised.keep(error);
+                interrupt.request();
+            }
+        };
+        let runs = Runs { purpose, settings, member, happens, say };
         let first = runs.seal(&mut plan, &root)?;
         let claim = runs.open(&plan, &root)?;
         let ended = runs.on(&plan, (&root, &claim), interrupt);
@@ -120,7 +130,7 @@ pub(crate) fn sweep(
         let mut plan = Plan::new(file, set, axes)?;
         plan.level = level;
         how.give(&mut plan, law.clone())?;
-        match how.on(Purpose::Sweep, plan, interrupt) {
+        match how.on(Purpose::Sweep, plan, (interrupt, &pending.signal)) {
             // The table says which members failed.
             Err(Error::Incomplete(_)) => Ok(()),
             ended => ended.map(|_| ()),
@@ -191,7 +201,7 @@ pub(crate) fn accuracy(
         let (study, mut plan) = Study::plan(file, set, others, &search, &options)?;
         (plan.level, plan.repeats) = (level, asked.repeats);
         how.give(&mut plan, law.clone())?;
-        let said = how.on(Purpose::Accuracy(study), plan, interrupt)?;
+        let said = how.on(Purpose::Accuracy(study), plan, (interrupt, &pending.signal))?;
         Ok(said.into_iter().next().unwrap_or_default())
     })
 }
@@ -215,7 +225,7 @@ pub(crate) fn compare(
         let lists = [&policies[..], &integrators[..]];
         let mut plan = comparison::plan(scene.file()?, &scene.set, lists, &search, &say)?;
         how.give(&mut plan, law.clone())?;
-        let said = how.on(Purpose::Compare, plan, interrupt)?;
+        let said = how.on(Purpose::Compare, plan, (interrupt, &pending.signal))?;
         Ok([left_out.into_inner(), said].concat())
     })
 }

@@ -79,3 +79,25 @@ def test_errors_of_files_and_laws_have_classes_of_their_own(tmp_path):
     with pytest.raises(rumple.SceneError, match="no_such_law") as caught:
         rumple.Simulation(rumple.load(DOME, {"kinetics": {"plugin": "no_such_law"}}))
     assert caught.value.path is None
+
+
+def test_errors_name_the_key_and_the_vertex(tmp_path):
+    text = DOME.read_text().replace("poisson = 0.3333333333333333", "poisson = 2.0")
+    with pytest.raises(rumple.SceneError) as caught:
+        rumple.parse(text)
+    assert caught.value.key == "material.poisson"
+    with pytest.raises(rumple.SceneError) as caught:
+        rumple.Simulation(rumple.load(DOME, {"effect[4].species": "d"}))
+    assert caught.value.key == "effect[4].species"
+
+    @rumple.law("c")
+    def wrong(at):
+        rates = 0.0 * at.c
+        rates[7] = float("nan")
+        return {"c": rates}
+
+    scene = rumple.scene(**COMMON, kinetics={"plugin": wrong}, time={"until": 1.0})
+    for run in (lambda: rumple.Simulation(scene).run(), lambda: rumple.run(scene, tmp_path / "out")):
+        with pytest.raises(rumple.LawError, match="vertex 7") as caught:
+            run()
+        assert caught.value.vertex == 7

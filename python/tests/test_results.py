@@ -92,3 +92,16 @@ def test_pictures_and_movies(program, tmp_path):
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
     results.movie(tmp_path / "a.gif", view=(-50, 35), size=(200, 160), title="dome")
     assert (tmp_path / "a.gif").read_bytes().startswith(b"GIF89a")
+
+
+def test_frames_are_a_series_of_pyvista(tmp_path):
+    pytest.importorskip("pyvista")
+    results = rumple.run(DOME, tmp_path / "out")
+    blocks = results.to_pyvista()
+    times = [0.0, 0.25, 0.5, 0.75, 1.0]
+    assert list(blocks.field_data["time"]) == times
+    assert blocks.keys() == [f"time {time:g}" for time in times]
+    last, frame = blocks[-1], results.frames[-1]
+    assert (last.points == frame.points).all() and last.n_cells == len(frame.triangles)
+    assert list(last.field_data["time"]) == [1.0]
+    assert (last.point_data["c"] == frame.field("c")).all()

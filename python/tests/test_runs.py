@@ -236,10 +236,18 @@ def test_a_run_starts_from_a_state(program, tmp_path):
     state = first.frames[-1].path
     other = [program, "run", DOME, "--from", state, "--set", "time.until=0.25", "--set", "output.report=false"]
     subprocess.run([*other, "--out", tmp_path / "a", "--quiet"], check=True)
-    results = rumple.run(scene, tmp_path / "b", state=state)
+    with pytest.warns(UserWarning, match=r"that of time 0.25; .*: start_time 0.25 continues them"):
+        results = rumple.run(scene, tmp_path / "b", state=state)
     assert (results.frames[0].field("c") == first.frames[-1].field("c")).all()
     own, other = content(tmp_path / "b"), content(tmp_path / "a")
     assert [name for name in other if name != "ledger.csv" and own[name] != other[name]] == []
+    more = rumple.load(DOME, {"time.until": 0.5, "output.every": 0.25, "output.report": False})
+    later = rumple.run(more, tmp_path / "c", state=state, start_time=0.25)
+    assert [frame.time for frame in later.frames] == [0.25, 0.5]
+    with pytest.raises(rumple.Error, match="start_time is 0.5, expected"):
+        rumple.run(more, tmp_path / "d", state=state, start_time=0.5)
+    with pytest.raises(rumple.Error, match="give its file as state"):
+        rumple.run(more, tmp_path / "d", start_time=0.25)
 
 
 def test_progress_is_shown_or_handed_over(tmp_path, capsys, monkeypatch):
@@ -262,3 +270,13 @@ def test_progress_is_shown_or_handed_over(tmp_path, capsys, monkeypatch):
 
 def _has(module):
     return importlib.util.find_spec(module) is not None
+
+
+def test_what_the_program_prints_is_logged(tmp_path, caplog):
+    caplog.set_level("INFO", logger="rumple")
+    scene = rumple.load(DOME, {"time.max_steps": 2, "output.report": False, "checkpoint.every": 1e-9})
+    rumple.run(scene, tmp_path / "out")
+    said = [record.getMessage() for record in caplog.records if record.name == "rumple"]
+    assert "relaxing the initial shape" in said and any("step 2" in line for line in said)
+    rumple.resume(tmp_path / "out", overrides={"time.max_steps": 3})
+    assert any(record.getMessage().startswith("going on from time") for record in caplog.records)

@@ -10,7 +10,7 @@ import numpy
 import pytest
 
 import rumple
-from conftest import DOME, HERE
+from conftest import COMMON, DOME, HERE
 
 
 def test_a_scene_takes_overrides():
@@ -178,3 +178,38 @@ def test_other_threads_go_on_meanwhile():
         counted.append(time.monotonic())
         time.sleep(0.001)
     assert len(counted) > 20
+
+
+def test_a_checkpoint_and_a_copy_make_the_same_steps(tmp_path):
+    sim = rumple.Simulation(DOME)
+    sim.run(0.5)
+    sim.checkpoint(tmp_path / "half")
+    other = sim.copy()
+    assert (other.time, other.steps) == (sim.time, sim.steps)
+    sim.run()
+    other.run()
+    assert (other.positions == sim.positions).all() and other.steps == sim.steps
+    assert (other.species["c"] == sim.species["c"]).all()
+    # Wherever it has been, with another end.
+    longer = rumple.Simulation(rumple.load(DOME, {"time.until": 1.5}))
+    longer.run(0.25)
+    longer.restore(tmp_path / "half")
+    assert longer.time == 0.5
+    longer.run(1.0)
+    assert (longer.positions == sim.positions).all()
+    with pytest.raises(rumple.Error, match="material.young was"):
+        rumple.Simulation(rumple.load(DOME, {"material.young": 7.0})).restore(tmp_path / "half")
+    with pytest.raises(rumple.Error, match="dome.toml: .*does not begin as a checkpoint"):
+        sim.restore(DOME)
+
+
+def test_a_copy_has_the_law_in_python():
+    @rumple.law("c", parameters={"k": 1.0})
+    def rates(at):
+        return {"c": -at.k * at.c}
+
+    scene = rumple.scene(**COMMON, kinetics={"plugin": rates, "initial": {"c": 1.0}}, time={"until": 1.0})
+    sim = rumple.Simulation(scene)
+    other = sim.copy()
+    other.run()
+    assert sim.time == 0.0 and abs(other.species["c"][0] - numpy.exp(-1.0)) < 1e-3

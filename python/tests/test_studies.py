@@ -208,3 +208,21 @@ def test_a_law_of_a_script_runs_in_other_processes():
         rumple.scene(**COMMON, kinetics=law, time={"until": 0.5}), {"material.thickness": [0.5]}
     )
     assert list(table["status"]) == ["complete"]
+
+
+def test_progress_of_a_study_is_shown_or_handed_over(tmp_path, capsys, monkeypatch):
+    seen = []
+    over = {"effect[4].coefficient": [0.1, 1.0]}
+    scene = rumple.load(DOME, SMALL)
+    rumple.sweep(scene, over, out=tmp_path / "a", threads=2, progress=lambda share, text: seen.append((share, text)))
+    assert seen == sorted(seen, key=lambda one: one[0]) and seen[0][0] == 0.0
+    assert [share for share, text in seen if "complete" in text] == [0.5, 1.0]
+
+    def fails(share, text):
+        raise ZeroDivisionError("on purpose")
+
+    with pytest.raises(ZeroDivisionError, match="on purpose"):
+        rumple.sweep(scene, over, out=tmp_path / "b", progress=fails)
+    monkeypatch.setitem(sys.modules, "tqdm.auto", None)
+    rumple.compare(scene, policies=["quasi-static"], progress=True)
+    assert "100 %  [1/1]" in capsys.readouterr().err

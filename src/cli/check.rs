@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use clap::Args;
+use serde_json::json;
 
-use super::SceneArgs;
+use super::{Findings, SceneArgs};
 use crate::kinetics::{Location, PluginSearch};
 use crate::reduction::Communicator;
 use crate::run::ranks::agreed;
@@ -20,6 +21,9 @@ pub(super) struct CheckArgs {
     /// Print the scene with every default written out instead of the summary.
     #[arg(long)]
     resolved: bool,
+    /// Print the summary as JSON.
+    #[arg(long)]
+    json: bool,
 }
 
 pub(super) fn run(args: &CheckArgs) -> Result<()> {
@@ -39,41 +43,39 @@ pub(super) fn run(args: &CheckArgs) -> Result<()> {
         say!("{}", scene.resolved()?.trim_end());
         return Ok(());
     }
-    say!("{}: ready to run", scene.name());
-    print_sheet(&scene, &simulation)?;
-    print_law(&simulation);
-    say!("policy     {}", scene.time.policy.name());
-    say!("integrator {}", scene.time.integrator.name());
+    let mut found = Findings::new(LABEL_WIDTH);
+    found.line(format!("{}: ready to run", scene.name()));
+    found.set("scene", scene.name());
+    add_sheet(&mut found, &scene, &simulation)?;
+    add_law(&mut found, &scene, &simulation);
+    found.one("policy", scene.time.policy.name());
+    found.one("integrator", scene.time.integrator.name());
     if simulation.model().moves() {
-        explain::stabilisation(&scene).iter().for_each(|line| say!("           {line}"));
+        explain::stabilisation(&scene).iter().for_each(|line| found.more("stabilisation", line));
     }
     for (k, line) in stiffness.iter().enumerate() {
-        say!("{:<10} {line}", if k == 0 { "stiffness" } else { "" });
+        match k {
+            0 => found.each("stiffness", line, line.to_string()),
+            _ => found.more("stiffness", line),
+        }
     }
     if let Some(after) = simulation.stepper.integrator.renewed_after() {
-        say!(
-            "           the history of past steps cannot be checkpointed: it restarts from the state every {after} steps, \
-             and checkpoints are written there"
+        found.more(
+            "checkpoints",
+            format!(
+                "the history of past steps cannot be checkpointed: it restarts from the state every {after} steps, \
+                 and checkpoints are written there"
+            ),
         );
     }
-    print_unknowns(&scene, &simulation);
-    let flat = simulation.stepper.state.x.iter().all(|x| x.z == simulation.stepper.state.x[0].z);
-    let mechanics = simulation.model().mechanics();
-    let pushed =
-        mechanics.names().any(|name| name.starts_with("pressure") || name.starts_with("load"));
-    if flat && !pushed && !mechanics.is_planar() && !mechanics.is_empty() {
-        say!(
-            "warning    the initial shape is perfectly flat, and only forces out of the plane \
-             move it out of it, even from a saddle; give sheet.imperfection or sheet.bump to \
-             break the symmetry"
-        );
-    }
-    if let Some(listed) = simulation.stepper.breakpoints.listed() {
-        say!("steps      {listed}");
-    }
-    print_notes(&simulation);
+    add_unknowns(&mut found, &scene, &simulation);
+    add_warnings(&mut found, &simulation);
+    found.print(args.json);
     Ok(())
 }
+
+/// Characters before the text of a line.
+const LABEL_WIDTH: usize = 11;
 
 /// Sets up the parts of all ranks, which refuse what they cannot run; the first one prints.
 fn on_ranks(
@@ -89,84 +91,106 @@ fn on_ranks(
         say!("{}", scene.resolved()?.trim_end());
         return Ok(());
     }
-    say!("{}: ready to run on {} ranks", scene.name(), ranks.size());
-    say!(
-        "           `rumple check` in one process describes the whole sheet, its laws and unknowns"
+    let mut found = Findings::new(LABEL_WIDTH);
+    found.line(format!("{}: ready to run on {} ranks", scene.name(), ranks.size()));
+    found.set("scene", scene.name());
+    found.set("ranks", ranks.size());
+    found.more(
+        "ranks_checked",
+        "`rumple check` in one process describes the whole sheet, its laws and unknowns",
     );
-    print_notes(&simulation);
+    add_notes(&mut found, &simulation);
+    found.print(args.json);
     Ok(())
 }
 
-fn print_notes(simulation: &Simulation) {
+/// Adds warnings, times at which steps end, and notes.
+fn add_warnings(found: &mut Findings, simulation: &Simulation) {
+    let flat = simulation.stepper.state.x.iter().all(|x| x.z == simulation.stepper.state.x[0].z);
+    let mechanics = simulation.model().mechanics();
+    let pushed =
+        mechanics.names().any(|name| name.starts_with("pressure") || name.starts_with("load"));
+    if flat && !pushed && !mechanics.is_planar() && !mechanics.is_empty() {
+        let text = "the initial shape is perfectly flat, and only forces out of the plane move it out of it, even from a \
+                    saddle; give sheet.imperfection or sheet.bump to break the symmetry";
+        found.each("warning", text, text);
+    }
+    if let Some(listed) = simulation.stepper.breakpoints.listed() {
+        found.one("steps", listed);
+    }
+    add_notes(found, simulation);
+}
+
+fn add_notes(found: &mut Findings, simulation: &Simulation) {
     for note in &simulation.notes {
-        match note.strip_prefix("warning: ") {
-            Some(warning) => say!("warning    {warning}"),
-            None => say!("note       {note}"),
-        }
+        let (label, text) = match note.strip_prefix("warning: ") {
+            Some(warning) => ("warning", warning),
+            None => ("note", note.as_str()),
+        };
+        found.each(label, text, text);
     }
 }
 
-/// Prints the sheet, its material and the effects on it.
-fn print_sheet(scene: &Scene, simulation: &Simulation) -> Result<()> {
+/// Adds the sheet, its material and the effects on it.
+fn add_sheet(found: &mut Findings, scene: &Scene, simulation: &Simulation) -> Result<()> {
     let model = simulation.model();
-    if model.sheet().triangles().is_empty() {
-        say!("sheet      none: one point");
+    let sheet = model.sheet();
+    if sheet.triangles().is_empty() {
+        found.one("sheet", "none: one point");
     } else {
-        say!("sheet\n{}", MeshReport::new(model.sheet()));
+        found.line(format!("sheet\n{}", MeshReport::new(sheet)));
+        let counts =
+            json!({ "vertices": sheet.vertex_count(), "triangles": sheet.triangle_count() });
+        found.set("sheet", counts);
     }
     if model.mechanics().is_planar() {
-        say!("           planar: vertices move in their plane, two unknowns each");
+        found.more("planar", "planar: vertices move in their plane, two unknowns each");
     }
-    if let Some(material) = run::material(scene, model.sheet())? {
-        say!(
-            "material   Y = {:.6e} force/length, B = {:.6e} energy",
-            material.stretching_modulus(),
-            material.bending_rigidity()
-        );
+    if let Some(material) = run::material(scene, sheet)? {
+        let (modulus, rigidity) = (material.stretching_modulus(), material.bending_rigidity());
+        let text = format!("Y = {modulus:.6e} force/length, B = {rigidity:.6e} energy");
+        found.one("material", text);
     }
-    for effect in &scene.effects {
-        say!("effect     {}", effect.name());
-    }
+    scene.effects.iter().for_each(|effect| found.each("effect", effect.name(), effect.name()));
     Ok(())
 }
 
-/// Prints the law, its species, parameters and signals.
-fn print_law(simulation: &Simulation) {
+/// Adds the law, its species, parameters and signals.
+fn add_law(found: &mut Findings, scene: &Scene, simulation: &Simulation) {
     let Some(chemistry) = simulation.model().chemistry() else { return };
     let d = chemistry.descriptor();
-    say!(
-        "kinetics   {}{}",
-        d.title(),
-        if d.version.is_empty() { String::new() } else { format!(" {} ({})", d.version, d.id) }
-    );
+    let version =
+        if d.version.is_empty() { String::new() } else { format!(" {} ({})", d.version, d.id) };
+    found.one("kinetics", format!("{}{version}", d.title()));
+    let place = chemistry.location().nouns();
     for species in &d.species {
-        say!("species    {} on {}", species.name, chemistry.location().nouns());
+        found.each("species", format!("{} on {place}", species.name), species.name.as_str());
     }
     for (parameter, field) in d.parameters.iter().zip(&chemistry.parameters().at_points) {
         if field.len() > 1 {
-            say!("parameter  {} = {}", parameter.name, super::plugin::describe_field(field));
+            let text = format!("{} = {}", parameter.name, super::plugin::describe_field(field));
+            found.each("parameter", &text, text.as_str());
         }
     }
     for signal in chemistry.signals().wanted() {
-        say!("signal     {} [{}]", signal.name(), signal.unit());
+        found.each("signal", format!("{} [{}]", signal.name(), signal.unit()), signal.name());
+    }
+    for line in explain::boundary(scene, simulation) {
+        found.each("boundary", &line.what, line.what.as_str());
     }
     if chemistry.location() == Location::Face && !chemistry.transports().is_empty() {
-        say!(
-            "warning    the Green-Gauss scheme barely damps half of the face modes and does \
-             not converge on irregular meshes; it is meant for comparison with the paper"
-        );
+        let text = "the Green-Gauss scheme barely damps half of the face modes and does not converge on irregular \
+                    meshes; it is meant for comparison with the paper";
+        found.each("warning", text, text);
     }
 }
 
-/// Prints what is solved for.
-fn print_unknowns(scene: &Scene, simulation: &Simulation) {
+/// Adds what is solved for.
+fn add_unknowns(found: &mut Findings, scene: &Scene, simulation: &Simulation) {
     let model = simulation.model();
     if model.moves() {
-        say!(
-            "relaxation {}, tolerance {:e}",
-            scene.equilibrium.name(),
-            simulation.force_tolerance()
-        );
+        let (method, tolerance) = (scene.equilibrium.name(), simulation.force_tolerance());
+        found.one("relaxation", format!("{method}, tolerance {tolerance:e}"));
         // On a planar sheet z is not a degree of freedom that a pin could fix.
         let (axes, rigid) = if model.mechanics().is_planar() { (2, 3) } else { (3, 6) };
         let pins = model.mechanics().pins();
@@ -174,20 +198,22 @@ fn print_unknowns(scene: &Scene, simulation: &Simulation) {
         let pins = &pins[..model.sheet().reduction().owned(pins.len())];
         let fixed: usize = pins.iter().flat_map(|p| &p[..axes]).filter(|fixed| **fixed).count();
         let free = axes * pins.len() - fixed;
-        say!("unknowns   {free} positions free, {fixed} fixed");
+        let value = json!({ "positions": free, "fixed": fixed });
+        found.each("unknowns", format!("{free} positions free, {fixed} fixed"), value);
         let motions = model.mechanics().free_motions();
         if motions > 0 {
-            say!(
-                "           pins leave {motions} of {rigid} rigid motions free: positions are \
+            let text = format!(
+                "pins leave {motions} of {rigid} rigid motions free: positions are \
                  determined up to these; strains and curvatures are unaffected"
             );
+            found.more("free_motions", text);
         }
     } else {
-        say!("mechanics  none: the shape does not move");
+        found.one("mechanics", "none: the shape does not move");
     }
     if let Some(chemistry) = model.chemistry() {
         let points = model.sheet().reduction().owned(chemistry.points(model.sheet()));
-        let species = chemistry.descriptor().species.len();
-        say!("unknowns   {} values of species", points * species);
+        let count = points * chemistry.descriptor().species.len();
+        found.each("unknowns", format!("{count} values of species"), json!({ "species": count }));
     }
 }

@@ -35,11 +35,7 @@ pub(super) fn run(args: &CompareArgs) -> Result<()> {
     let (scene, how) = (&args.scene, &args.how);
     let (_, search) = scene.load()?;
     let lists = [&args.policies[..], &args.integrators[..]];
-    let say = |text: &str| {
-        if !how.quiet {
-            say!("{text}");
-        }
-    };
+    let say = |text: &str| how.say(text);
     let mut plan = compare::plan(&scene.scene, &scene.overrides, lists, &search, &say)?;
     configure_members(&mut plan, scene)?;
     begin(Purpose::Compare, plan, how, Some(1))

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use clap::Args;
 
-use super::{SceneArgs, warn};
+use super::{SceneArgs, plural, warn};
 use crate::output::{Interrupt, ResultDirectory};
 use crate::run::follow::{Follow, FollowEvent, FollowSummary, Measure, Request};
 use crate::run::run::end;
@@ -58,6 +58,9 @@ pub(super) struct FollowArgs {
     /// Replace earlier results in that directory.
     #[arg(long)]
     force: bool,
+    /// Print how the branch ended as JSON, as status.json has it, with the directory and the folds and bifurcations.
+    #[arg(long)]
+    json: bool,
     /// Print nothing but errors.
     #[arg(long)]
     quiet: bool,
@@ -118,7 +121,7 @@ fn run_in_pool(args: &FollowArgs) -> Result<()> {
     }
     let interrupt = Interrupt::install()?;
     let directory = ResultDirectory::prepare(&root, args.force)?;
-    let mut listener = listener(args.quiet);
+    let mut listener = listener(args.quiet, args.json);
     let mut done = FollowSummary::default();
     let outcome = follow.run(&directory, &mut listener, interrupt).map(|found| {
         done = found;
@@ -138,8 +141,11 @@ fn run_in_pool(args: &FollowArgs) -> Result<()> {
         ));
     }
     let report = super::view::write_report(&root, follow.scene.output.report);
+    if args.json {
+        super::run::print_standing(&root, &[("events", done.events.clone().into())]);
+    }
     ended?;
-    if !args.quiet {
+    if !args.quiet && !args.json {
         print_summary(&done, &directory);
         super::run::print_report_path(report.as_deref());
     }
@@ -168,10 +174,11 @@ fn request(args: &FollowArgs) -> Request {
 }
 
 /// Prints events, and progress every [`PROGRESS_INTERVAL`].
-fn listener(quiet: bool) -> impl FnMut(FollowEvent<'_>) {
+fn listener(quiet: bool, json: bool) -> impl FnMut(FollowEvent<'_>) {
     let mut last = Instant::now();
     move |news| match news {
         _ if quiet => {}
+        FollowEvent::Event(text) if json => warn(text),
         FollowEvent::Event(text) => say!("{text}"),
         FollowEvent::Step(text) if last.elapsed() >= PROGRESS_INTERVAL => {
             last = Instant::now();
@@ -197,10 +204,6 @@ fn print_summary(done: &FollowSummary, directory: &ResultDirectory) {
     if index.is_file() {
         say!("open {} in ParaView", index.display());
     }
-}
-
-fn plural(count: usize, one: &str, more: &str) -> String {
-    if count == 1 { format!("1 {one}") } else { format!("{count} {more}") }
 }
 
 pub(super) fn finite(text: &str) -> Result<f64, String> {

@@ -14,6 +14,7 @@ mod check;
 mod compare;
 mod completions;
 mod explain;
+mod findings;
 mod follow;
 mod inspect;
 pub mod mesh;
@@ -29,23 +30,28 @@ mod run;
 mod scene_args;
 mod schema;
 mod sweep;
+mod user;
 mod view;
 
 use std::io::IsTerminal;
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{ColorChoice, CommandFactory, Parser, Subcommand};
 
 use crate::Error;
 use crate::output::interrupt;
 use crate::solve::SolveError;
-use messages::{Waiting, warn};
+use findings::Findings;
+use messages::{Waiting, plural, warn};
 use scene_args::{SceneArgs, absolute, finite, set_threads};
 
 /// Thin elastic sheets whose shape and chemistry drive one another.
 #[derive(Debug, Parser)]
-#[command(name = "rumple", version, about, propagate_version = true)]
+#[command(name = "rumple", version = crate::VERSION, about, propagate_version = true)]
 struct Cli {
+    /// Colours in messages: `auto` on a terminal, unless NO_COLOR is set.
+    #[arg(long, global = true, value_name = "WHEN", default_value = "auto")]
+    color: ColorChoice,
     #[command(subcommand)]
     command: Command,
 }
@@ -97,7 +103,25 @@ enum Command {
 #[must_use]
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
-    let result = match &cli.command {
+    let result = user::apply_defaults().and_then(|()| run_command(&cli.command));
+    let (code, text) = match result {
+        Ok(()) => (0, String::new()),
+        // The command has reported it.
+        Err(Error::Solve(SolveError::Interrupted)) => (interrupt::exit_status(), String::new()),
+        Err(Error::Elsewhere) => (1, String::new()),
+        Err(error) => {
+            let text = match &error {
+                Error::Scene(scene) => scene.rendered(colours(cli.color)),
+                other => format!("error: {other}"),
+            };
+            (exit_code(&error), text)
+        }
+    };
+    ranks::end(code, &text)
+}
+
+fn run_command(command: &Command) -> crate::Result<()> {
+    match command {
         Command::New(args) => new::run(args),
         Command::Run(args) => run::run(args),
         Command::Resume(args) => resume::run(args),
@@ -117,25 +141,20 @@ pub fn main() -> ExitCode {
         Command::Schema(args) => schema::run(args),
         Command::Completions(args) => completions::completions(args, Cli::command()),
         Command::Man(args) => completions::man(args, Cli::command()),
-    };
-    let (code, text) = match result {
-        Ok(()) => (0, String::new()),
-        // The command has reported it.
-        Err(Error::Solve(SolveError::Interrupted)) => (interrupt::exit_status(), String::new()),
-        Err(Error::Elsewhere) => (1, String::new()),
-        Err(error) => {
-            let text = match &error {
-                Error::Scene(scene) => {
-                    // https://no-color.org
-                    let plain = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
-                    scene.rendered(std::io::stderr().is_terminal() && !plain)
-                }
-                other => format!("error: {other}"),
-            };
-            (exit_code(&error), text)
+    }
+}
+
+/// Whether messages have colours.
+fn colours(choice: ColorChoice) -> bool {
+    match choice {
+        ColorChoice::Always => true,
+        ColorChoice::Never => false,
+        // https://no-color.org
+        ColorChoice::Auto => {
+            let plain = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
+            std::io::stderr().is_terminal() && !plain
         }
-    };
-    ranks::end(code, &text)
+    }
 }
 
 fn exit_code(error: &Error) -> u8 {

@@ -98,7 +98,9 @@ pub(super) fn picture(args: &PictureArgs) -> Result<()> {
     let _waiting = Waiting::on("a browser draws", false);
     let files = (root.as_path(), path.as_path(), args.drawing.force);
     let time = picture::picture(files, &args.drawing.drawing(), args.time)?;
-    say!("{}: time {}", path.display(), Short(time));
+    let other = args.time.filter(|wanted| *wanted != time);
+    let nearest = other.map(|wanted| format!(", that of the frame nearest to {}", Short(wanted)));
+    say!("{}: time {}{}", path.display(), Short(time), nearest.unwrap_or_default());
     Ok(())
 }
 

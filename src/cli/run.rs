@@ -6,8 +6,7 @@ use std::time::SystemTime;
 
 use clap::Args;
 
-use super::SceneArgs;
-use crate::num::Short;
+use super::{SceneArgs, plural};
 use crate::output::{Claim, Interrupt, Mode, Progress, ResultDirectory, SelfIntersection};
 use crate::reduction::Communicator;
 use crate::run::ranks::{self, agreed};
@@ -25,9 +24,12 @@ pub(super) struct RunArgs {
     /// Directory for the results; by default the scene's name with the time.
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Start from a state: points are positions, arrays are species by name; the time begins at 0.
+    /// Start from a state: points are positions, arrays are species by name; the time begins at 0, or as --start-time says.
     #[arg(long, value_name = "FILE")]
     from: Option<PathBuf>,
+    /// The time at which the state of --from begins: ramps, growth and laws that read t continue from there.
+    #[arg(long, value_name = "T", requires = "from", value_parser = super::finite)]
+    start_time: Option<f64>,
     /// Replace the results of an earlier run in that directory.
     #[arg(long)]
     force: bool,
@@ -63,6 +65,7 @@ fn submit(args: &RunArgs) -> Result<()> {
     if let Some(from) = &args.from {
         words.extend(["--from".to_owned(), super::absolute(from)?.to_string_lossy().into_owned()]);
     }
+    words.extend(args.start_time.map(|time| format!("--start-time={time:?}")));
     let flags = [("--force", args.force), ("--quiet", args.quiet)];
     words.extend(flags.iter().filter(|(_, given)| *given).map(|(flag, _)| (*flag).to_owned()));
     args.job.submit(&args.scene, &root, words, args.quiet)
@@ -89,14 +92,7 @@ fn run_in_pool(args: &RunArgs, ranks: Option<Arc<dyn Communicator>>) -> Result<(
     }
     inputs.outside(&root)?;
     if let Some(surface) = given {
-        if let Some(time) = surface.time.filter(|time| *time != 0.0 && !args.quiet) {
-            super::warn(&format!(
-                "the state is that of time {}; here time begins at 0, and with it ramps, growth and laws that read t",
-                Short(time)
-            ));
-        }
-        let surface = simulation.part_of(surface);
-        inspect::take_state(&mut simulation, &surface)?;
+        inspect::start_from(&mut simulation, &scene, surface, args.start_time)?;
     }
     let interrupt = Interrupt::install()?;
     let directory = directory(&root, args.force, ranks.as_deref())?;
@@ -105,7 +101,7 @@ fn run_in_pool(args: &RunArgs, ranks: Option<Arc<dyn Communicator>>) -> Result<(
     let first = ranks.as_ref().is_none_or(|ranks| ranks.rank() == 0);
     let report = super::view::write_report(&root, scene.output.report && first);
     if args.json && first {
-        print_standing(&root);
+        print_standing(&root, &[]);
     }
     let done = outcome?;
     if !args.quiet && !args.json {
@@ -118,11 +114,12 @@ fn run_in_pool(args: &RunArgs, ranks: Option<Arc<dyn Communicator>>) -> Result<(
     }
 }
 
-/// Prints what the directory of a run says of it.
-fn print_standing(root: &Path) {
+/// Prints what the directory of a run or a study says of it, and `more`.
+pub(super) fn print_standing(root: &Path, more: &[(&str, serde_json::Value)]) {
     let text = std::fs::read(root.join(Claim::STATUS)).unwrap_or_default();
     let mut about: serde_json::Value = serde_json::from_slice(&text).unwrap_or_default();
     about["directory"] = root.to_string_lossy().into();
+    more.iter().for_each(|(key, value)| about[*key] = value.clone());
     say!("{about:#}");
 }
 
@@ -185,14 +182,17 @@ pub(super) fn print_summary(done: &Summary, directory: &ResultDirectory) {
         None => {}
     }
     let work = done.spent.work;
-    let mut counts = vec![format!("{} steps ({} rejected)", work.steps, work.rejected)];
     let kinds = [
-        (work.iterations, "iterations"),
-        (work.newton_iterations, "Newton iterations"),
-        (work.right_hand_sides, "right-hand sides"),
-        (work.factorisations, "factorisations"),
+        (work.iterations, "iteration"),
+        (work.newton_iterations, "Newton iteration"),
+        (work.right_hand_sides, "right-hand side"),
+        (work.factorisations, "factorisation"),
     ];
-    counts.extend(kinds.iter().filter(|k| k.0 > 0).map(|(count, what)| format!("{count} {what}")));
+    let count = |count: u64, what: &str| {
+        plural(usize::try_from(count).unwrap_or(usize::MAX), what, &format!("{what}s"))
+    };
+    let mut counts = vec![format!("{} ({} rejected)", count(work.steps, "step"), work.rejected)];
+    counts.extend(kinds.iter().filter(|k| k.0 > 0).map(|(number, what)| count(*number, what)));
     say!("{}", counts.join(", "));
     // The two last steps before an output time share the way.
     let [to_outputs, steps] = done.to_outputs;
@@ -220,7 +220,8 @@ pub(super) fn print_summary(done: &Summary, directory: &ResultDirectory) {
     }
     if done.frames > 0 {
         let index = directory.pvd();
-        say!("{} frames; open {} in ParaView", done.frames, index.display());
+        let frames = plural(done.frames, "frame", "frames");
+        say!("{frames}; open {} in ParaView", index.display());
     } else {
         say!("the species at every step are in {}", directory.ledger().display());
     }

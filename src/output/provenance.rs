@@ -110,6 +110,8 @@ pub struct Provenance {
     pub scene: Option<FileRecord>,
     /// The file whose state the run started from, if it did not start as its scene says.
     pub state: Option<FileRecord>,
+    /// The time at which the run started: 0, unless such a state continues an earlier clock.
+    pub start_time: f64,
     /// The mesh of the rest state.
     pub mesh: MeshRecord,
     /// The plugins that were loaded.
@@ -128,6 +130,7 @@ impl Provenance {
             threads: rayon::current_num_threads(),
             scene: None,
             state: None,
+            start_time: 0.0,
             mesh,
             plugins: Vec::new(),
         }

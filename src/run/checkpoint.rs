@@ -15,6 +15,7 @@
 //! A run that is interrupted in the middle of a step has left the solvers somewhere in between. For that a
 //! checkpoint is kept in memory, no more than a second's work old where making one is cheap.
 
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
@@ -23,10 +24,10 @@ use super::fingerprint::Fingerprint;
 use super::invariants;
 use super::processor::Processor;
 use super::ranks::{RankPart, Share};
-use super::{Result, Simulation};
+use super::{Error, Result, Simulation};
 use crate::model::State;
 use crate::num::real;
-use crate::output::{CheckpointFiles, Progress, ResultDirectory};
+use crate::output::{CheckpointFiles, Progress, ResultDirectory, checkpoint};
 use crate::record::{Malformed, Record};
 use crate::scene::{CheckpointSpec, Scene};
 use crate::stepper;
@@ -40,7 +41,7 @@ const INTERVAL_FACTOR: u32 = 100;
 const MIN_MEMORY_INTERVAL: Duration = Duration::from_millis(500);
 
 /// How far the results of a run are, besides its state.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct ResultsSoFar {
     /// What relaxing the start has cost.
     pub(super) start: Spent,
@@ -98,6 +99,55 @@ pub struct Checkpoint {
 }
 
 impl Checkpoint {
+    /// Of `simulation`, which `scene` was set up as, between two steps of a program of its own. An integrator whose history
+    /// cannot be stored restarts from the state, here as where this is restored.
+    ///
+    /// # Errors
+    /// A file of the scene that cannot be read any more.
+    pub fn of(scene: &Scene, simulation: &mut Simulation) -> Result<Self> {
+        simulation.stepper.integrator.renew();
+        Ok(Self::with(Fingerprint::of(scene, simulation)?, simulation, ResultsSoFar::default()))
+    }
+
+    fn with(fingerprint: Fingerprint, simulation: &Simulation, results: ResultsSoFar) -> Self {
+        Self {
+            fingerprint,
+            results,
+            spent: simulation.spent(),
+            state: simulation.stepper.state.clone(),
+            solvers: SolverMemory::of(simulation),
+            share: simulation.rank_part.as_ref().map(RankPart::share),
+        }
+    }
+
+    /// Brings `simulation`, newly set up from `scene`, to where this was taken.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] if they are made from something else, with what.
+    pub fn take_up(&self, scene: &Scene, simulation: &mut Simulation) -> Result<()> {
+        self.fingerprint.check(&Fingerprint::of(scene, simulation)?)?;
+        let other = |Malformed| Error::Refused("the checkpoint does not fit its scene".to_owned());
+        self.restore(simulation).map_err(other)
+    }
+
+    /// Writes it into a file.
+    ///
+    /// # Errors
+    /// From the operating system.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        Ok(checkpoint::write(path, &Record::of(self))?)
+    }
+
+    /// Reads the file of a checkpoint.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] if it is none, is damaged, or of another version.
+    pub fn read(path: &Path) -> Result<Self> {
+        let refuse = |why: String| Error::Refused(format!("{}: {why}", path.display()));
+        let content = checkpoint::read(path).map_err(|why| refuse(why.to_string()))?;
+        content.read().map_err(|Malformed| refuse("it holds something else".to_owned()))
+    }
+
     /// The time that it is of.
     #[must_use]
     pub fn time(&self) -> f64 {
@@ -254,14 +304,7 @@ impl Checkpoints {
         let _scope = self.meter.scope(0);
         let at = Instant::now();
         if simulation.stepper.integrator.is_storable() {
-            let checkpoint = Checkpoint {
-                fingerprint: self.fingerprint.clone(),
-                results: results(),
-                spent: simulation.spent(),
-                state: simulation.stepper.state.clone(),
-                solvers: SolverMemory::of(simulation),
-                share: simulation.rank_part.as_ref().map(RankPart::share),
-            };
+            let checkpoint = Checkpoint::with(self.fingerprint.clone(), simulation, results());
             self.held = Some(Held { checkpoint, at, took: at.elapsed(), written: false });
         }
     }

@@ -224,9 +224,10 @@ impl PartCost {
 impl std::fmt::Display for Costs {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let threads = if self.threads == 1 { "thread" } else { "threads" };
+        let steps = if self.work.steps == 1 { "step" } else { "steps" };
         writeln!(
             f,
-            "{}: {} in all, {} steps, {} {threads}",
+            "{}: {} in all, {} {steps}, {} {threads}",
             self.scene,
             duration(self.seconds),
             self.work.steps,

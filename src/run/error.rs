@@ -85,6 +85,8 @@ pub struct Failure {
     pub time: f64,
     /// Step of the last good state.
     pub step: u64,
+    /// The vertex to blame.
+    pub vertex: Option<usize>,
     /// What was written about it.
     pub folder: PathBuf,
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use super::Result;
 use crate::Vec3;
-use crate::effects::{formula_on, formula_values};
+use crate::effects::{EffectError, Field, Values, formula_on, formula_values};
 use crate::geometry::vertex_normals;
 use crate::kinetics::{Location, formula};
 use crate::model::{Chemistry, Model, Positions, State};
@@ -202,6 +202,9 @@ fn species(scene: &Scene, sheet: &Sheet, chemistry: &Chemistry) -> Result<Vec<Ve
         let (path, initial) = given.remove(species.name.as_str()).unwrap_or_else(none);
         let values = match initial {
             Initial::File(file) => from_file(scene, &path, file, (sheet, chemistry.location()))?,
+            Initial::Regions(field) => {
+                by_region(scene, &path, field, (sheet, chemistry.location()))?
+            }
             Initial::Pattern(Pattern::Formula(text)) => {
                 let path = format!("{path}.formula");
                 from_formula(scene, &path, text, (sheet, chemistry.location()))?
@@ -236,6 +239,20 @@ pub(super) fn from_formula(
     let formula = formula_on(sheet, text, false)
         .map_err(|e| scene.error_within(path, text, &e.span, &e.message, e.help.as_deref()))?;
     Ok(formula_values(&formula, location, sheet, 0.0))
+}
+
+/// The values of a field by region, one a point.
+pub(super) fn by_region(
+    scene: &Scene,
+    path: &str,
+    field: &Field,
+    (sheet, location): (&Sheet, Location),
+) -> Result<Vec<f64>> {
+    let place = |e: EffectError| scene.error_at(path, &e.message, e.help.as_deref());
+    match field.on(location, sheet, None, "regions").map_err(place)? {
+        Values::Each(values) => Ok(values),
+        Values::Same(value) => Ok(vec![value; points(sheet, location).len()]),
+    }
 }
 
 /// The values of an array of a file, one a point.

@@ -11,6 +11,7 @@ use crate::geometry::Curvature;
 use crate::kinetics::{Location, Species};
 use crate::model::{Chemistry, Evaluation};
 use crate::num::Short;
+use crate::scene::Scene;
 use crate::sheet::{Sheet, SheetError, Surface};
 use crate::solve::SolveError;
 
@@ -49,6 +50,38 @@ pub fn take_state(simulation: &mut Simulation, surface: &Surface) -> Result<()> 
             species_values(surface, species, chemistry.location(), place.len()).map_err(refuse)?;
         place.copy_from_slice(values);
     }
+    Ok(())
+}
+
+/// Lets the run of `scene` start from `surface`, at `time` by the clock of ramps, growth and laws that read t; without one
+/// at 0, with a note where the surface has another time.
+///
+/// # Errors
+/// As [`take_state`], and a time outside of the run.
+pub fn start_from(
+    simulation: &mut Simulation,
+    scene: &Scene,
+    surface: Surface,
+    time: Option<f64>,
+) -> Result<()> {
+    let (start, end) = (time.unwrap_or_default(), scene.time.span.until.get());
+    if !(0.0..end).contains(&start) {
+        return Err(Error::Refused(format!(
+            "--start-time is {}, expected at least 0 and less than time.until, {}",
+            Short(start),
+            Short(end)
+        )));
+    }
+    if let Some(of) = surface.time.filter(|of| time.is_none() && *of != 0.0) {
+        simulation.notes.push(format!(
+            "the state is that of time {}; here time begins at 0, and with it ramps, growth and laws that read t: \
+             --start-time {of} continues them",
+            Short(of)
+        ));
+    }
+    let surface = simulation.part_of(surface);
+    take_state(simulation, &surface)?;
+    simulation.stepper.state.time = start;
     Ok(())
 }
 

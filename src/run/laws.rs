@@ -336,6 +336,9 @@ pub fn parameter_fields(
                 (Some(ParameterSpec::File(file)), _) => {
                     initial_state::from_file(scene, &path, file, (sheet, location))?
                 }
+                (Some(ParameterSpec::Regions(field)), _) => {
+                    initial_state::by_region(scene, &path, field, (sheet, location))?
+                }
                 (None, Default::SameAs(earlier)) => all[first + earlier].clone(),
                 _ => vec![uniform[all.len()]],
             };

@@ -33,10 +33,12 @@ pub fn record(
     directory: &ResultDirectory,
 ) -> Result<()> {
     let mut provenance = Provenance::new(simulation.mesh());
+    provenance.version = format!("rumple {}", crate::VERSION);
     // A scene that was parsed has no file.
     let file = Some(scene.file()).filter(|file| !file.as_os_str().is_empty());
     provenance.scene = file.map(FileRecord::of).transpose()?;
     provenance.state = state.map(FileRecord::of).transpose()?;
+    provenance.start_time = simulation.state().time;
     for plugin in simulation.plugins() {
         provenance.plugins.push(FileRecord::of(plugin)?);
     }

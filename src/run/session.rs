@@ -46,10 +46,11 @@ impl Session<'_> {
         match failure::write(self.scene, simulation, self.directory, &error) {
             // The first failure is the one to report.
             Err(_) => error,
-            Ok(folder) => Error::Stopped(Failure {
+            Ok((folder, vertex)) => Error::Stopped(Failure {
                 error: Box::new(error),
                 time: simulation.stepper.state.time,
                 step: simulation.stepper.state.step,
+                vertex,
                 folder,
             }),
         }

@@ -30,6 +30,7 @@ struct Report {
     message: String,
     origin: String,
     position: Option<(usize, usize)>,
+    key: Option<String>,
     text_label: String,
     #[source_code]
     text: Option<NamedSource<Excerpt>>,
@@ -55,6 +56,7 @@ impl SceneError {
             message: format!("cannot read the scene: {error}"),
             origin: path.display().to_string(),
             position: None,
+            key: None,
             text_label: String::new(),
             text: None,
             span: None,
@@ -85,6 +87,12 @@ impl SceneError {
     #[must_use]
     pub fn position(&self) -> Option<(usize, usize)> {
         self.0.position
+    }
+
+    /// Path of the key there, as `material.young`.
+    #[must_use]
+    pub fn key(&self) -> Option<&str> {
+        self.0.key.as_deref()
     }
 
     /// What else is wrong, found at the same time.
@@ -160,6 +168,7 @@ impl Origin {
             message,
             origin: self.name.clone(),
             position: None,
+            key: problem.place().and_then(|place| self.index.key_at(place)),
             text_label: label,
             text: None,
             span: None,

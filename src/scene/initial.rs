@@ -6,6 +6,7 @@
 //! rectangle   c = value where |X_k - centre_k| ≤ size_k / 2 for k = x, y, else background
 //! stripe      c = value where |(X - centre) · normal| ≤ width / 2, else background
 //! formula     c = f(X_x, X_y, X_z), as text of x, y, z
+//! regions     c = value of the last region that has X, else default
 //! random      c = mean + amplitude · u,  u uniform in [-1, 1), seeded
 //! ```
 
@@ -17,6 +18,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::Vec3;
+use crate::effects::Field;
 use crate::num::checked::{Finite, Positive};
 
 use super::sheet::{default_seed, origin};
@@ -34,6 +36,13 @@ pub enum Initial {
     Pattern(Pattern),
     /// An array of a mesh file.
     File(FieldFile),
+    /// A number for each of several regions.
+    Regions(Field),
+}
+
+/// Whether a table gives numbers by region.
+pub(super) fn is_by_region(node: &Node) -> bool {
+    node.get("default").is_some() || node.get("regions").is_some()
 }
 
 /// An array of a mesh file with the same points or faces.
@@ -170,9 +179,11 @@ impl Initial {
     pub(crate) fn read(node: Node) -> Result<Self, DocumentError> {
         match &node.value {
             Value::Integer(_) | Value::Float(_) => read(node).map(Self::Uniform),
+            Value::Table(_) if is_by_region(&node) => read(node).map(Self::Regions),
             Value::Table(_) if node.get("file").is_some() => read(node).map(Self::File),
             Value::Table(entries) if entries.len() == 1 => {
-                let pattern = read(node).map_err(|p: DocumentError| p.also_allowed(&["file"]))?;
+                let pattern =
+                    read(node).map_err(|p: DocumentError| p.also_allowed(&["file", "regions"]))?;
                 Self::checked(pattern)
             }
             Value::Table(entries) if entries.len() > 1 => {
@@ -189,8 +200,9 @@ impl Initial {
             }
             other => {
                 let expected = "a number or a table such as { gaussian = { … } }";
-                Err(DocumentError::mismatch(expected, other.describe())
-                    .help("allowed: gaussian, rectangle, stripe, spots, random, formula, file"))
+                Err(DocumentError::mismatch(expected, other.describe()).help(
+                    "allowed: gaussian, rectangle, stripe, spots, random, formula, file, regions",
+                ))
             }
         }
     }
@@ -205,12 +217,12 @@ impl Initial {
         }
     }
 
-    /// Values at the rest positions of all points, in their order; `None` for a file or a formula.
+    /// Values at the rest positions of all points, in their order; `None` for a file, regions or a formula.
     #[must_use]
     pub fn values(&self, points: &[Vec3], number: &dyn Fn(usize) -> u32) -> Option<Vec<f64>> {
         let everywhere = |value: &dyn Fn(&Vec3) -> f64| points.iter().map(value).collect();
         Some(match self {
-            Self::File(_) | Self::Pattern(Pattern::Formula(_)) => return None,
+            Self::File(_) | Self::Regions(_) | Self::Pattern(Pattern::Formula(_)) => return None,
             Self::Uniform(value) => vec![value.get(); points.len()],
             Self::Pattern(Pattern::Gaussian(spot)) => everywhere(&|x| spot.at(x)),
             Self::Pattern(Pattern::Spots(spots)) => {

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::initial::{FieldFile, Initial};
+use super::initial::{FieldFile, Initial, is_by_region};
 use crate::document::{DocumentError, Node, Value, read};
-use crate::effects::Measure;
+use crate::effects::{Field, Measure};
 use crate::kinetics::{Location, search};
 use crate::model::{AtBoundary, TensionReading};
 use crate::num::checked::{Finite, Positive};
@@ -79,6 +79,8 @@ pub enum ParameterSpec {
     Formula(PositionFormula),
     /// An array of a mesh file.
     File(FieldFile),
+    /// A number for each of several regions.
+    Regions(Field),
 }
 
 /// A formula of the rest position.
@@ -95,7 +97,7 @@ impl ParameterSpec {
     pub fn uniform(&self) -> Option<f64> {
         match self {
             Self::Uniform(value) => Some(value.get()),
-            Self::Formula(_) | Self::File(_) => None,
+            Self::Formula(_) | Self::File(_) | Self::Regions(_) => None,
         }
     }
 
@@ -105,14 +107,15 @@ impl ParameterSpec {
             Value::Table(_) if node.get("file").is_some() && node.get("formula").is_some() => {
                 Err(DocumentError::plain("a parameter has a formula or a file, not both"))
             }
+            Value::Table(_) if is_by_region(&node) => read(node).map(Self::Regions),
             Value::Table(_) if node.get("file").is_some() => read(node).map(Self::File),
-            Value::Table(_) => {
-                read(node).map(Self::Formula).map_err(|p: DocumentError| p.also_allowed(&["file"]))
-            }
+            Value::Table(_) => read(node)
+                .map(Self::Formula)
+                .map_err(|p: DocumentError| p.also_allowed(&["file", "regions"])),
             other => {
                 let expected = "a number or a table such as { formula = \"1 + 0.1*x\" }";
                 Err(DocumentError::mismatch(expected, other.describe())
-                    .help("allowed: a number, { formula = … }, { file = …, array = … }"))
+                    .help("allowed: a number, { formula = … }, { file = …, array = … }, { default = …, regions = … }"))
             }
         }
     }

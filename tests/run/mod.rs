@@ -12,6 +12,7 @@ mod files;
 mod follow;
 mod inspect;
 mod invariants;
+mod json;
 mod notes;
 mod outputs;
 mod over_ranks;
@@ -21,6 +22,7 @@ mod rest_shapes;
 pub mod resumed;
 mod self_intersection;
 mod stability;
+mod start_time;
 mod typical;
 mod work;
 

@@ -130,7 +130,7 @@ shape = "disc" | shape = "disc"\nfile = "a.obj" | file
     give shape = "…" for a generated sheet, or file = "…" for one from a file
 initial.m = 0.25 | initial.m = "high" | "high"
     kinetics.initial.m must be a number or a table such as { gaussian = { … } }, not the string "high"
-    allowed: gaussian, rectangle, stripe, spots, random, formula, file
+    allowed: gaussian, rectangle, stripe, spots, random, formula, file, regions
 initial.m = 0.25 | initial.m = { stripe = { width = 1, value = 1, normal = [0, 0, 0] } } | { stripe
     kinetics.initial.m.stripe.normal must be a nonzero vector, not 0
 "#,

@@ -1,6 +1,7 @@
 //! Scene files: what is accepted, and how wrong ones are answered.
 
 mod accepted;
+mod by_region;
 mod distance;
 mod effects;
 mod errors;

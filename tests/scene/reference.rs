@@ -138,6 +138,7 @@ const TABLES: [(&str, &str, &[&str]); 33] = [
         &[
             "kinetics = { rates = { c = \"-k*c\" }, parameters = { k = { impossible = 0 } } }",
             "kinetics = { rates = { c = \"-k*c\" }, parameters = { k = { file = \"a.vtu\", impossible = 0 } } }",
+            "kinetics = { rates = { c = \"-k*c\" }, parameters = { k = { regions = [], impossible = 0 } } }",
         ],
     ),
     (
@@ -146,6 +147,7 @@ const TABLES: [(&str, &str, &[&str]); 33] = [
         &[
             "kinetics = { rates = { c = \"-c\" }, initial = { c = { impossible = 0 } } }",
             "kinetics = { rates = { c = \"-c\" }, initial = { c = { file = \"a.vtu\", impossible = 0 } } }",
+            "kinetics = { rates = { c = \"-c\" }, initial = { c = { regions = [], impossible = 0 } } }",
             "kinetics = { rates = { c = \"-c\" }, initial = { c = { gaussian = { impossible = 0 } } } }",
             "kinetics = { rates = { c = \"-c\" }, initial = { c = { rectangle = { impossible = 0 } } } }",
             "kinetics = { rates = { c = \"-c\" }, initial = { c = { stripe = { impossible = 0 } } } }",

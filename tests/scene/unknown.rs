@@ -79,7 +79,7 @@ fn unknown_names_show_the_allowed_ones_and_the_nearest() {
     did you mean paper? allowed: optimal-area, paper
 gaussian | gausian | gausian
     kinetics.initial.c: unknown name "gausian"
-    did you mean gaussian? allowed: file, gaussian, rectangle, stripe, spots, random, formula
+    did you mean gaussian? allowed: file, regions, gaussian, rectangle, stripe, spots, random, formula
 "#,
     );
 }

@@ -10,7 +10,7 @@ target=${CARGO_TARGET_DIR:-$PWD/target}
 
 prepared() {
     python3 -m venv "$build" && python3 -m venv --clear "$clean" \
-        && "$build/bin/pip" install --quiet --disable-pip-version-check 'maturin>=1.7,<2' \
+        && "$build/bin/pip" install --quiet --disable-pip-version-check 'maturin>=1.9,<2' \
         && "$clean/bin/pip" install --quiet --disable-pip-version-check numpy pytest
 }
 # What optional parts and their tests need: tables, fits, the tutorial.
@@ -28,6 +28,12 @@ fi
 export CARGO_TARGET_DIR=$target
 (cd python && cargo fmt --check)
 rm -rf target/wheels
+# The source distribution compiles from its own files.
+source=$(mktemp -d)
+trap 'rm -rf "$source"' EXIT
+"$build/bin/maturin" sdist --manifest-path python/Cargo.toml --out "$source" 2>&1 | tail -1
+tar -xzf "$source"/rumple-*.tar.gz -C "$source" --strip-components=1
+cargo check --release --locked --offline --quiet --manifest-path "$source/python/Cargo.toml"
 python/plugins.sh
 "$build/bin/maturin" build --release --locked --quiet --manifest-path python/Cargo.toml --out target/wheels
 "$clean/bin/pip" install --quiet --disable-pip-version-check --no-deps target/wheels/rumple-*.whl

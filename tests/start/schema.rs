@@ -6,6 +6,25 @@ use serde_json::Value;
 
 use crate::run::program::{passes, rumple, text};
 
+/// The schema with every reference replaced by what it names.
+fn schema() -> Value {
+    fn written_out(part: &Value, root: &Value) -> Value {
+        if let Some(name) = part["$ref"].as_str() {
+            let target = root.pointer(name.trim_start_matches('#'));
+            return written_out(target.unwrap_or_else(|| panic!("{name}")), root);
+        }
+        match part {
+            Value::Object(parts) => {
+                parts.iter().map(|(key, part)| (key.clone(), written_out(part, root))).collect()
+            }
+            Value::Array(parts) => parts.iter().map(|part| written_out(part, root)).collect(),
+            _ => part.clone(),
+        }
+    }
+    let root = rumple::scene::schema();
+    written_out(&root, &root)
+}
+
 /// All tables of a kind of schema within one: those of `anyOf`, or itself.
 fn forms(schema: &Value) -> Vec<&Value> {
     schema["anyOf"].as_array().map_or_else(|| vec![schema], |all| all.iter().collect())
@@ -24,7 +43,7 @@ fn of<'a>(schema: &'a Value, tag: &str, name: &str) -> &'a Value {
 
 #[test]
 fn kinds_are_those_of_the_registries() {
-    let schema = rumple::scene::schema();
+    let schema = schema();
     let effects = &schema["properties"]["effect"]["items"];
     let kinds: BTreeSet<&str> = rumple::effects::kinds().into_iter().collect();
     assert_eq!(names(effects, "kind"), kinds);
@@ -40,7 +59,7 @@ fn kinds_are_those_of_the_registries() {
 
 #[test]
 fn keys_types_ranges_and_meanings_are_there() {
-    let schema = rumple::scene::schema();
+    let schema = schema();
     let material = &schema["properties"]["material"];
     assert_eq!(material["required"], serde_json::json!(["young", "poisson", "thickness"]));
     let young = &material["properties"]["young"];
@@ -109,6 +128,13 @@ fn walk(schema: &Value, key: &str, open: &mut BTreeSet<String>) {
         Value::Array(all) => all.iter().for_each(|one| walk(one, key, open)),
         _ => {}
     }
+}
+
+/// Regions and fields are written once: the schema stays readable, and editors load it at once.
+#[test]
+fn what_repeats_is_written_once() {
+    let (short, long) = (rumple::scene::schema().to_string(), schema().to_string());
+    assert!(5 * short.len() < long.len(), "{} {}", short.len(), long.len());
 }
 
 #[test]

@@ -1,60 +1,88 @@
 //! `rumple plugin list` and `rumple plugin describe`.
 
 use clap::Args;
+use serde_json::json;
 
-use super::{LawArgs, LawSource};
+use super::{LawArgs, LawSource, SearchArgs};
 use crate::Result;
+use crate::cli::Findings;
 use crate::kinetics::descriptor::Default;
-use crate::kinetics::{Descriptor, Feedback, Library, PluginSearch, SignalRead};
+use crate::kinetics::{Descriptor, Feedback, Library, SignalRead, Species};
 
 /// Arguments of `plugin describe`.
 #[derive(Debug, Args)]
 pub(super) struct DescribeArgs {
     #[command(flatten)]
     law: LawArgs,
+    /// Print it as JSON.
+    #[arg(long)]
+    json: bool,
 }
 
-pub(super) fn list(search: &PluginSearch) -> Result<()> {
-    let found = search.list();
-    for (name, file) in &found {
+/// Arguments of `plugin list`.
+#[derive(Debug, Args)]
+pub(super) struct ListArgs {
+    #[command(flatten)]
+    search: SearchArgs,
+    /// Print it as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn list(args: &ListArgs) -> Result<()> {
+    let search = args.search.search();
+    let plugins = search.list();
+    let mut found = Findings::new(0);
+    for (name, file) in &plugins {
         match Library::load(file) {
             Ok(library) => {
-                let d = library.descriptor();
-                say!("{name:<20} {:<8} {}", d.version, d.doc);
+                let Descriptor { version, doc, .. } = library.descriptor();
+                found.line(format!("{name:<20} {version:<8} {doc}"));
+                let about = json!({ "name": name, "file": file, "version": version, "doc": doc });
+                found.add("plugins", about);
             }
-            Err(error) => say!("{name:<20} refused  {error}"),
+            Err(error) => {
+                found.line(format!("{name:<20} refused  {error}"));
+                let about = json!({ "name": name, "file": file, "refused": error.to_string() });
+                found.add("plugins", about);
+            }
         }
     }
-    if found.is_empty() {
-        say!("no plugins");
+    if plugins.is_empty() {
+        found.line("no plugins");
     }
-    say!("\nlooked in:");
+    found.line("\nlooked in:");
     for directory in search.directories() {
-        say!("  {}", directory.display());
+        found.line(format!("  {}", directory.display()));
+        found.add("directories", json!(directory));
     }
+    found.print(args.json);
     Ok(())
 }
 
 pub(super) fn run(args: &DescribeArgs) -> Result<()> {
+    let mut found = Findings::new(12);
     match args.law.find()? {
         LawSource::Library(library) => {
-            say!("file        {}", library.path().display());
-            describe(library.descriptor(), &|p| match library.descriptor().parameters[p].default {
+            found.one("file", library.path().display());
+            let d = library.descriptor();
+            describe(&mut found, d, &|p| match d.parameters[p].default {
                 Default::Value(value) => value.to_string(),
-                Default::SameAs(earlier) => library.descriptor().parameters[earlier].name.clone(),
+                Default::SameAs(earlier) => d.parameters[earlier].name.clone(),
             });
         }
         LawSource::Scene { kinetics, fields } => {
-            describe(
-                kinetics.descriptor(),
-                &|p| match fields.get(p).map_or(&[][..], Vec::as_slice) {
-                    [] => kinetics.parameters()[p].to_string(),
-                    [one] => one.to_string(),
-                    field => describe_field(field),
-                },
-            );
+            describe(&mut found, kinetics.descriptor(), &|p| match fields
+                .get(p)
+                .map_or(&[][..], Vec::as_slice)
+            {
+                [] => kinetics.parameters()[p].to_string(),
+                [one] => one.to_string(),
+                field => describe_field(field),
+            });
         }
     }
+    found.print(args.json);
     Ok(())
 }
 
@@ -65,64 +93,70 @@ pub(in crate::cli) fn describe_field(field: &[f64]) -> String {
     format!("{least} to {most} over the sheet")
 }
 
-/// Prints a description; `value` says what each parameter is.
-fn describe(d: &Descriptor, value: &dyn Fn(usize) -> String) {
-    say!("name        {} {} ({})", d.name, d.version, d.id);
+/// Adds a description; `value` says what each parameter is.
+fn describe(found: &mut Findings, d: &Descriptor, value: &dyn Fn(usize) -> String) {
+    found.one("name", format!("{} {} ({})", d.name, d.version, d.id));
     for (what, text) in [("author", &d.author), ("licence", &d.licence), ("doc", &d.doc)] {
         if !text.is_empty() {
-            say!("{what:<11} {text}");
+            found.one(what, text);
         }
     }
-    for s in &d.species {
-        let range = match (s.lower.is_finite(), s.upper.is_finite()) {
-            (true, true) => format!(", {} to {}", s.lower, s.upper),
-            (true, false) => format!(", from {}", s.lower),
-            (false, true) => format!(", up to {}", s.upper),
-            (false, false) => String::new(),
-        };
-        let typical = s.typical.map_or(String::new(), |typical| format!(", typically {typical}"));
-        let diffusion =
-            if s.diffusion > 0.0 { format!(", D = {}", s.diffusion) } else { String::new() };
-        say!(
-            "species     {} [{}] {}{typical}{range}{diffusion}, on {}",
-            s.name,
-            s.unit,
-            s.doc,
-            s.location.nouns()
-        );
-    }
+    d.species.iter().for_each(|species| describe_species(found, species));
     for (number, p) in d.parameters.iter().enumerate() {
         let doc = if p.doc.is_empty() { String::new() } else { format!(" {}", p.doc) };
-        say!("parameter   {} = {} [{}]{doc} ({})", p.name, value(number), p.unit, p.range());
+        let (value, range) = (value(number), p.range().to_string());
+        let text = format!("{} = {value} [{}]{doc} ({range})", p.name, p.unit);
+        let about =
+            json!({ "name": p.name, "value": value, "unit": p.unit, "doc": p.doc, "range": range });
+        found.each("parameter", text, about);
     }
-    for read in &d.signals {
-        say!(
-            "reads       {} [{}], typically {}",
-            read.signal.name(),
-            read.signal.unit(),
-            read.typical
-        );
+    for SignalRead { signal, typical, .. } in &d.signals {
+        let (name, unit) = (signal.name(), signal.unit());
+        let about = json!({ "name": name, "unit": unit, "typical": typical });
+        found.each("reads", format!("{name} [{unit}], typically {typical}"), about);
     }
     let more = |read: &&SignalRead| !d.signals.iter().any(|s| s.signal == read.signal);
-    for read in d.observed.iter().filter(more) {
-        say!("reads       {} [{}], for observables", read.signal.name(), read.signal.unit());
+    for SignalRead { signal, .. } in d.observed.iter().filter(more) {
+        let (name, unit) = (signal.name(), signal.unit());
+        let about = json!({ "name": name, "unit": unit, "observables": true });
+        found.each("reads", format!("{name} [{unit}], for observables"), about);
     }
+    let mut gives = |text: String| found.each("gives", &text, text.as_str());
     let exact =
         |exact: bool| if exact { "exact derivatives" } else { "derivatives by differences" };
-    say!("gives       rates, {}", exact(d.capabilities.rate_partials));
+    gives(format!("rates, {}", exact(d.capabilities.rate_partials)));
     for which in Feedback::ALL.into_iter().filter(|which| which.is_given(&d.capabilities)) {
         let name = which.describe().trim_start_matches("the ");
         match which {
             Feedback::LengthFactor => {
-                say!("gives       {name}, {}", exact(d.capabilities.length_factor_partials));
+                gives(format!("{name}, {}", exact(d.capabilities.length_factor_partials)));
             }
-            Feedback::Curvature | Feedback::FactorAcross => say!("gives       {name}"),
+            Feedback::Curvature | Feedback::FactorAcross => gives(name.to_owned()),
         }
     }
-    for o in &d.observables {
-        say!("gives       observable {} [{}] {}", o.name, o.unit, o.doc);
-    }
+    d.observables
+        .iter()
+        .for_each(|o| gives(format!("observable {} [{}] {}", o.name, o.unit, o.doc)));
     if !d.capabilities.parameter_fields && !d.parameters.is_empty() {
-        say!("fields      non-uniform parameters need an instance for each value");
+        found.one("fields", "non-uniform parameters need an instance for each value");
     }
+}
+
+fn describe_species(found: &mut Findings, s: &Species) {
+    let range = match (s.lower.is_finite(), s.upper.is_finite()) {
+        (true, true) => format!(", {} to {}", s.lower, s.upper),
+        (true, false) => format!(", from {}", s.lower),
+        (false, true) => format!(", up to {}", s.upper),
+        (false, false) => String::new(),
+    };
+    let typical = s.typical.map_or(String::new(), |typical| format!(", typically {typical}"));
+    let diffusion =
+        if s.diffusion > 0.0 { format!(", D = {}", s.diffusion) } else { String::new() };
+    let (Species { name, unit, doc, .. }, place) = (s, s.location.nouns());
+    let about = json!({
+        "name": name, "unit": unit, "doc": doc, "typical": s.typical, "lower": s.lower, "upper": s.upper,
+        "diffusion": s.diffusion, "location": place,
+    });
+    let text = format!("{name} [{unit}] {doc}{typical}{range}{diffusion}, on {place}");
+    found.each("species", text, about);
 }

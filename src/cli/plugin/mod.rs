@@ -25,7 +25,7 @@ enum Command {
     /// Write a plugin that builds and runs unchanged: a crate, or a C file with its header.
     New(new::NewArgs),
     /// List the available plugins.
-    List(SearchArgs),
+    List(describe::ListArgs),
     /// Describe what a plugin, or the law of a scene, reads and provides.
     Describe(describe::DescribeArgs),
     /// Look for faults, in a process of its own: bad numbers, wrong derivatives, hidden state, …
@@ -37,7 +37,7 @@ enum Command {
 pub(super) fn run(args: &PluginArgs) -> Result<()> {
     match &args.command {
         Command::New(args) => new::run(args),
-        Command::List(args) => describe::list(&args.search()),
+        Command::List(args) => describe::list(args),
         Command::Describe(args) => describe::run(args),
         Command::Validate(args) => validate::run(args),
         Command::Bench(args) => bench::run(args),

@@ -11,8 +11,10 @@ use std::time::Duration;
 
 use clap::Args;
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 
 use super::{LawArgs, LawSource};
+use crate::cli::Findings;
 use crate::kinetics::Kinetics;
 use crate::kinetics::validation::{self, Finding, Verdict};
 use crate::{Error, Result};
@@ -28,6 +30,9 @@ pub(super) struct ValidateArgs {
     /// Seconds that a check may take.
     #[arg(long, value_name = "S", default_value_t = 20.0)]
     time_limit: f64,
+    /// Print what is found as JSON.
+    #[arg(long)]
+    json: bool,
     /// The part that touches the plugin.
     #[arg(long, hide = true)]
     in_child: bool,
@@ -198,20 +203,28 @@ fn parent(args: &ValidateArgs) -> Result<()> {
     let seed = args.seed;
     let limit = Duration::try_from_secs_f64(args.time_limit).unwrap_or(Duration::from_secs(20));
     let (mut child, receive) = begin(args, seed, false)?;
-    say!("validating {} at random points of its ranges (--seed {seed})", args.law.law);
+    let print = |text: String| {
+        if !args.json {
+            say!("{text}");
+        }
+    };
+    print(format!("validating {} at random points of its ranges (--seed {seed})", args.law.law));
     let mut faults: Vec<(String, String)> = Vec::new();
     let mut current = String::new();
+    let mut document = Findings::default();
+    document.set("law", args.law.law.as_str());
+    document.set("seed", seed);
     let mut report = |verdict: &str, check: &str, text: &str| {
+        document.add("checks", json!({ "check": check, "verdict": verdict, "text": text }));
         let cause = cause(text);
         let known = || faults.iter().find(|(known, _)| *known == cause);
-        if verdict != "FAULT" {
-            say!("  {verdict:<6} {check:<32} {text}");
-        } else if let Some((_, earlier)) = known() {
-            say!("  {verdict:<6} {check:<32} as in \"{earlier}\"");
-        } else {
-            say!("  {verdict:<6} {check:<32} {text}");
-            faults.push((cause, check.to_owned()));
-        }
+        let text = match known().filter(|_| verdict == "FAULT") {
+            Some((_, earlier)) => format!("as in \"{earlier}\""),
+            None => text.to_owned(),
+        };
+        let new = verdict == "FAULT" && known().is_none();
+        print(format!("  {verdict:<6} {check:<32} {text}"));
+        faults.extend(new.then(|| (cause, check.to_owned())));
     };
     loop {
         match receive.recv_timeout(limit) {
@@ -225,7 +238,7 @@ fn parent(args: &ValidateArgs) -> Result<()> {
             }
             Ok(Ok(Message::Done)) => break,
             Ok(Err(line)) if line.trim().is_empty() => {}
-            Ok(Err(line)) => say!("  it prints: {line}"),
+            Ok(Err(line)) => print(format!("  it prints: {line}")),
             Err(RecvTimeoutError::Timeout) => {
                 let text = format!("does not return within {} s (--time-limit)", args.time_limit);
                 report("FAULT", &current, &text);
@@ -241,9 +254,13 @@ fn parent(args: &ValidateArgs) -> Result<()> {
     // It may hang, or have ended already.
     let _ = child.kill();
     let _ = child.wait();
+    document.set("faults", faults.len());
+    if args.json {
+        document.print(true);
+    }
     match faults.len() {
         0 => {
-            say!("no faults found");
+            print("no faults found".to_owned());
             Ok(())
         }
         n => {

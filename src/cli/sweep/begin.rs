@@ -3,12 +3,14 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use serde_json::json;
 
 use crate::cli::{SceneArgs, warn};
 use crate::kinetics::PluginSearch;
 use crate::output::Interrupt;
 use crate::run::{Error, Result};
 use crate::scene::{Scene, SheetSource};
+use crate::study::gather::gather;
 use crate::study::plan::{Axis, Plan, seed_axis};
 use crate::study::run::{Runs, Settings, SlurmSettings};
 use crate::study::{Purpose, refinement};
@@ -69,11 +71,7 @@ pub(in crate::cli) fn begin(
                 warn(text)
             }
         },
-        say: &|text| {
-            if !how.quiet {
-                say!("{text}")
-            }
-        },
+        say: &|text| how.say(text),
     };
     let first = runs.seal(&mut plan, &root)?;
     let interrupt = Interrupt::install()?;
@@ -81,6 +79,12 @@ pub(in crate::cli) fn begin(
     let ended = runs.on(&plan, (&root, &claim), interrupt);
     // Before the members of an array job have run there is nothing to be seen.
     crate::cli::view::write_report(&root, first.output.report && !how.slurm);
+    if how.json {
+        let members = gather(&plan, &root).into_iter().map(|member| {
+            json!({ "name": member.name, "status": member.status.to_string(), "reason": member.reason })
+        });
+        crate::cli::run::print_standing(&root, &[("members", members.collect())]);
+    }
     ended
 }
 
@@ -161,6 +165,9 @@ pub(in crate::cli) struct HowArgs {
     /// Replace an earlier sweep in that directory.
     #[arg(long)]
     pub(in crate::cli) force: bool,
+    /// Print how the study ended as JSON, as status.json has it, with the directory and the members, in place of tables.
+    #[arg(long)]
+    pub(in crate::cli) json: bool,
     /// Print nothing but errors.
     #[arg(long)]
     pub(in crate::cli) quiet: bool,
@@ -174,6 +181,15 @@ pub(in crate::cli) struct HowArgs {
     /// Write the job script, but do not submit it.
     #[arg(long, requires = "slurm")]
     pub(in crate::cli) no_submit: bool,
+}
+
+impl HowArgs {
+    /// Prints lines of results.
+    pub(in crate::cli) fn say(&self, text: &str) {
+        if !self.quiet && !self.json {
+            say!("{text}");
+        }
+    }
 }
 
 /// `8GB`, `500 MB`, `2GiB`, or a number of bytes.

@@ -217,6 +217,26 @@ impl Index {
         self.entry(path).is_some_and(Entry::overridden)
     }
 
+    /// The path of the innermost key whose name or value covers `place`.
+    pub fn key_at(&self, place: &Place) -> Option<String> {
+        fn within<'a>(entries: &'a [Entry], at: &Place, path: &mut Vec<&'a Segment>) -> bool {
+            let covers = |of: &Place| {
+                let span = &of.span;
+                of.source == at.source && span.start <= at.span.start && at.span.end <= span.end
+            };
+            entries.iter().any(|Entry { segment, places: (key, value), inside }| {
+                path.push(segment);
+                let found = within(inside, at, path) || covers(key) || covers(value);
+                if !found {
+                    path.pop();
+                }
+                found
+            })
+        }
+        let mut path = Vec::new();
+        within(&self.entries, place, &mut path).then(|| key_path(path))
+    }
+
     fn entry(&self, path: &str) -> Option<&Entry> {
         self.follow(path).filter(|(_, rest)| rest.is_empty()).map(|(entry, _)| entry)
     }

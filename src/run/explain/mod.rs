@@ -5,7 +5,7 @@
 
 mod solvers;
 
-pub use solvers::Line;
+pub use solvers::{Line, boundary};
 
 use serde::Serialize;
 

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::effects::{self, EnergyTerm};
-use crate::model::{Policy, Start};
+use crate::model::{AtBoundary, Policy, Start};
 use crate::num::real;
 use crate::run::Simulation;
 use crate::scene::Scene;
@@ -145,11 +145,43 @@ pub(super) fn output(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
         }
         None => "two frames: the first and the last state".to_owned(),
     };
-    vec![
+    let mut lines = vec![
         Line::new(format!("each frame: {}", fields.join(", ")), "").at(scene, "output.fields"),
         Line::new(frames, "").at(scene, "output.every"),
         Line::new("a row of the ledger for every accepted step", ""),
-    ]
+    ];
+    lines.extend(boundary(scene, simulation));
+    lines
+}
+
+/// What curvatures are at the boundary, where some are read or written and the sheet has a boundary.
+#[must_use]
+pub fn boundary(scene: &Scene, simulation: &Simulation) -> Vec<Line> {
+    let model = simulation.model();
+    let curved = |names: &[&str]| names.iter().any(|name| name.contains("_curvature"));
+    let read = model.chemistry().into_iter().flat_map(|c| c.signals().wanted());
+    let read: Vec<&str> = read.map(|signal| signal.name()).collect();
+    let written: Vec<&str> = simulation.fields.names().iter().map(String::as_str).collect();
+    let rule = |rule| match rule {
+        AtBoundary::Zero => "0 at the boundary",
+        AtBoundary::OneSided => "extrapolated to the boundary from within",
+    };
+    let line = |what: &str, at: AtBoundary, path: &str| {
+        let why = if scene.written(path).is_some() { "" } else { "the default" };
+        Line::new(format!("{what} are {}", rule(at)), why).at(scene, path)
+    };
+    let mut lines = Vec::new();
+    if !model.sheet().boundary().contains(&true) || model.sheet().triangles().is_empty() {
+        return lines;
+    }
+    if let Some(law) = scene.kinetics.first().filter(|_| curved(&read)) {
+        let path = format!("{}.boundary", scene.kinetics_path(0));
+        lines.push(line("curvatures that laws read", law.boundary, &path));
+    }
+    if curved(&written) {
+        lines.push(line("curvatures of frames", scene.output.boundary, "output.boundary"));
+    }
+    lines
 }
 
 /// What a scene does not list, and so does not pay for.

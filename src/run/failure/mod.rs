@@ -58,7 +58,7 @@ pub(super) fn write(
     simulation: &mut Simulation,
     directory: &ResultDirectory,
     error: &Error,
-) -> Result<PathBuf> {
+) -> Result<(PathBuf, Option<usize>)> {
     let folder = FailureFolder::begin(directory)?;
     let blame = FailureCause::of(error, simulation);
     let put = |name: &str, text: String| {
@@ -70,5 +70,5 @@ pub(super) fn write(
     let shown = shown.then(|| folder.file("state.vtu").1);
     let files = (directory, shown.as_deref());
     put("report.md", report::of(scene, simulation, error, &blame, files))?;
-    Ok(folder.finish()?)
+    Ok((folder.finish()?, blame.vertex))
 }

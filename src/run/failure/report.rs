@@ -32,7 +32,7 @@ pub(super) fn of(
         species_terms(&mut text, simulation, blame);
     }
     rejected(&mut text, simulation);
-    commands(&mut text, scene, files);
+    commands(&mut text, scene, simulation.state().time, files);
     text
 }
 
@@ -176,7 +176,12 @@ fn rejected(text: &mut String, simulation: &Simulation) {
 }
 
 /// What to type.
-fn commands(text: &mut String, scene: &Scene, (run, state): (&ResultDirectory, Option<&Path>)) {
+fn commands(
+    text: &mut String,
+    scene: &Scene,
+    time: f64,
+    (run, state): (&ResultDirectory, Option<&Path>),
+) {
     let quoted = |path: &Path| format!("'{}'", path.display().to_string().replace('\'', r"'\''"));
     let _ = writeln!(text, "## To look, and to try again\n\n```sh");
     let resolved = quoted(&run.resolved());
@@ -186,13 +191,14 @@ fn commands(text: &mut String, scene: &Scene, (run, state): (&ResultDirectory, O
         if !scene.effects.is_empty() {
             let _ = writeln!(text, "rumple inspect {resolved} --state {state} --stability");
         }
-        let _ = writeln!(text, "rumple run {resolved} --from {state} --out again");
+        let _ =
+            writeln!(text, "rumple run {resolved} --from {state} --start-time {time} --out again");
     }
     let _ = writeln!(text, "rumple resume {}", quoted(run.root()));
     let _ = writeln!(text, "```\n");
     let _ = writeln!(
         text,
-        "`resume` repeats the step that failed, from the last checkpoint. `run --from` begins with the last good state, at \
-         time 0; `--set KEY=VALUE` tries what may help."
+        "`resume` repeats the step that failed, from the last checkpoint. `run --from` begins with the last good state; \
+         `--set KEY=VALUE` tries what may help."
     );
 }

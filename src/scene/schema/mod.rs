@@ -3,8 +3,9 @@
 //! It is not a second description of the format: the readers of scenes are asked, value by value, what they take
 //! ([`probe`]), and effects, integrators and methods are those that the program registers. It accepts what
 //! the readers accept. What depends on several keys together (a plugin or rates, not both) is left to
-//! `rumple check`. Meanings of keys are the reference's ([`meaning`]).
+//! `rumple check`. Meanings of keys are the reference's ([`meaning`]). What repeats is written once ([`definitions`]).
 
+mod definitions;
 mod meaning;
 mod numbers;
 mod probe;
@@ -31,7 +32,7 @@ pub fn schema() -> Json {
     let effect = probe::describe(&effect, &Meanings::of_table("effect")).schema;
     tables.insert("effect".to_owned(), json!({ "type": "array", "items": effect }));
     debug_assert!(TABLES.iter().all(|table| tables.contains_key(*table)));
-    json!({
+    let mut schema = json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "Scene of rumple",
         "description": format!("Scene files of rumple {}", env!("CARGO_PKG_VERSION")),
@@ -39,5 +40,7 @@ pub fn schema() -> Json {
         "properties": tables,
         "required": ["sheet", "time"],
         "additionalProperties": false,
-    })
+    });
+    definitions::share(&mut schema);
+    schema
 }

@@ -11,8 +11,8 @@ use crate::document::{DocumentError, Value};
 /// Keys that name a kind, on which the other keys depend.
 const TAGS: [&str; 3] = ["kind", "method", "shape"];
 
-/// Keys of a text that select other keys by being there.
-const SELECTORS: [&str; 1] = ["file"];
+/// Keys that select other keys by being there: of a text, and of a list.
+const SELECTORS: [&str; 2] = ["file", "regions"];
 
 /// An entry of a table.
 type Entry = (String, Value);
@@ -37,7 +37,8 @@ pub(super) fn tables(probe: &Probe, meanings: &Meanings) -> Vec<Described> {
         all.extend(open(probe, meanings));
     }
     for selector in SELECTORS {
-        let entry = [(selector.to_owned(), text(UNKNOWN_WORD))];
+        let value = if selector == "file" { text(UNKNOWN_WORD) } else { Value::Array(Vec::new()) };
+        let entry = [(selector.to_owned(), value)];
         let selected = keys(probe, &entry).filter(|keys| keys.contains(selector));
         if selected.is_some() && selected != keys(probe, &[]) {
             all.extend(closed(probe, &entry, meanings));
