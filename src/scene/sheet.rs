@@ -503,6 +503,7 @@ fn unspecified(node: &Node) -> DocumentError {
         "points",
         "holes",
         "outline",
+        "periodic",
     ];
     let known: Vec<&str> = COMMON_KEYS.into_iter().chain(sizes).collect();
     if let Value::Table(entries) = &node.value

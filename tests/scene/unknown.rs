@@ -42,7 +42,7 @@ kind = "test-weightless" | kind = "test-weightless"\nstrength = 1 | strength
     did you mean output? allowed: sheet, material, effect, kinetics, time, equilibrium, stability, invariants, output, checkpoint
 shape = "disc" | shap = "disc" | shap
     unknown key shap in [sheet]
-    did you mean shape? allowed: shape, file, planar, imperfection, bump, vertices, seed, radius, width, height, inner, outer, irregular, caps, major, minor, semi_axes, amplitude, wavelength, z, points, holes
+    did you mean shape? allowed: shape, file, planar, imperfection, bump, vertices, seed, radius, width, height, inner, outer, irregular, caps, major, minor, semi_axes, amplitude, wavelength, z, points, holes, outline, periodic
 shape = "disc" | file = "disc.obj" | radius
     unknown key radius in [sheet]
     allowed: file, planar, imperfection, bump
