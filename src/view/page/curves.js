@@ -79,7 +79,36 @@ function plot(name, logarithmic) {
   const caption = document.createElement("figcaption");
   caption.textContent = name;
   figure.append(caption, picture);
+  readOut(picture, curves, { across, down }, (i, [t, v]) => {
+    caption.textContent = i === null ? name : `${value(v)} at t = ${short(t)}${members.length > 1 ? `, ${members[i].name}` : ""}`;
+  });
   return figure;
+}
+
+/** Shows the point of the curves that is nearest to the pointer: `say` takes the number of its curve and the point, or none. */
+function readOut(picture, curves, { across, down }, say) {
+  const dot = svg("circle", { r: 3, fill: "#1a1a1a", visibility: "hidden", class: "readout" });
+  picture.append(dot);
+  picture.addEventListener("pointermove", event => {
+    const box = picture.getBoundingClientRect();
+    const [x, y] = [((event.clientX - box.left) / box.width) * WIDTH, ((event.clientY - box.top) / box.height) * HEIGHT];
+    let best = null;
+    curves.forEach((curve, i) => {
+      // The point of a curve that is nearest in time, then the nearest curve.
+      const at = curve.reduce((a, b) => (Math.abs(across(b[0]) - x) < Math.abs(across(a[0]) - x) ? b : a), curve[0]);
+      const apart = at && Math.abs(across(at[0]) - x) + Math.abs(down(at[1]) - y);
+      if (at && (!best || apart < best.apart)) best = { i, at, apart };
+    });
+    if (!best) return;
+    dot.setAttribute("cx", across(best.at[0]));
+    dot.setAttribute("cy", down(best.at[1]));
+    dot.setAttribute("visibility", "visible");
+    say(best.i, best.at);
+  });
+  picture.addEventListener("pointerleave", () => {
+    dot.setAttribute("visibility", "hidden");
+    say(null, []);
+  });
 }
 
 /** Redraws all curves. */
