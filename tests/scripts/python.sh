@@ -28,12 +28,15 @@ fi
 export CARGO_TARGET_DIR=$target
 (cd python && cargo fmt --check)
 rm -rf target/wheels
-# The source distribution compiles from its own files.
+# The source distribution has the files that it is compiled from.
 source=$(mktemp -d)
 trap 'rm -rf "$source"' EXIT
 "$build/bin/maturin" sdist --manifest-path python/Cargo.toml --out "$source" 2>&1 | tail -1
 tar -xzf "$source"/rumple-*.tar.gz -C "$source" --strip-components=1
-cargo check --release --locked --offline --quiet --manifest-path "$source/python/Cargo.toml"
+cargo metadata --locked --offline --format-version 1 --manifest-path "$source/python/Cargo.toml" >/dev/null
+missing=$(comm -23 <(git ls-files src benches examples 'docs/book/*.md' | grep -v '^src/ranks/' | sort) \
+    <(cd "$source" && find . -type f -printf '%P\n' | sort))
+[[ -z $missing ]] || { echo "not in the source distribution: $missing"; exit 1; }
 python/plugins.sh
 "$build/bin/maturin" build --release --locked --quiet --manifest-path python/Cargo.toml --out target/wheels
 "$clean/bin/pip" install --quiet --disable-pip-version-check --no-deps target/wheels/rumple-*.whl
