@@ -34,7 +34,7 @@ trap 'rm -rf "$source"' EXIT
 "$build/bin/maturin" sdist --manifest-path python/Cargo.toml --out "$source" 2>&1 | tail -1
 tar -xzf "$source"/rumple-*.tar.gz -C "$source" --strip-components=1
 cargo metadata --locked --offline --format-version 1 --manifest-path "$source/python/Cargo.toml" >/dev/null
-missing=$(comm -23 <(git ls-files src benches examples 'docs/book/*.md' | grep -v '^src/ranks/' | sort) \
+missing=$(comm -23 <(git ls-files src 'docs/book/*.md' | grep -v '^src/ranks/' | sort) \
     <(cd "$source" && find . -type f -printf '%P\n' | sort))
 [[ -z $missing ]] || { echo "not in the source distribution: $missing"; exit 1; }
 python/plugins.sh
