@@ -209,6 +209,8 @@ pub struct Standing {
     pub start: Option<Work>,
     /// Processor time of that work, s.
     pub cpu_seconds: Option<f64>,
+    /// Of that the start, s.
+    pub start_seconds: Option<f64>,
     /// Largest resident memory of the process, bytes.
     pub peak_resident_bytes: Option<u64>,
     /// Whether its sheet passes through itself.
@@ -237,6 +239,7 @@ impl Standing {
             work: from_value(about["work"].take()).ok(),
             start: from_value(about["start"]["work"].take()).ok(),
             cpu_seconds: about["cpu_seconds"].as_f64(),
+            start_seconds: about["start"]["cpu_seconds"].as_f64(),
             peak_resident_bytes: about["peak_resident_bytes"].as_u64(),
             in_use,
             notes: from_value(about["notes"].take()).unwrap_or_default(),

@@ -22,7 +22,6 @@ use serde::{Deserialize, Serialize};
 
 use super::fingerprint::Fingerprint;
 use super::invariants;
-use super::processor::Processor;
 use super::ranks::{RankPart, Share};
 use super::{Error, Result, Simulation};
 use crate::model::State;
@@ -61,7 +60,7 @@ pub(super) struct ResultsSoFar {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct SolverMemory {
     stepper: stepper::Memory,
-    invariants: Option<invariants::Memory>,
+    invariants: Option<Vec<invariants::Seen>>,
 }
 
 impl SolverMemory {
@@ -193,7 +192,6 @@ impl Checkpoint {
     pub(super) fn continue_from(&self, state: State, simulation: &mut Simulation) {
         simulation.stepper.state = state;
         simulation.spent = self.spent;
-        simulation.processor = Processor::default();
     }
 }
 

@@ -27,7 +27,7 @@ use crate::num::real;
 use crate::output::SelfIntersection;
 use crate::output::plot::{Block, Figure, Panel, Plot, label};
 use crate::run::Result;
-use crate::run::pattern::{resolution_words, wrinkle_words};
+use crate::run::pattern::resolution_words;
 
 /// Names of the files that gather a sweep.
 pub const TABLE: &str = "sweep.csv";
@@ -254,9 +254,9 @@ pub(super) fn notes(members: &[MemberResults]) -> Vec<String> {
 
 /// Notes on patterns and wrinkles of a member that are not resolved.
 fn resolution_notes(found: &MemberResults) -> impl Iterator<Item = String> {
-    let width = last(found).and_then(|m| m.width).and_then(resolution_words);
-    let shape = last(found).and_then(|m| m.wrinkle_width).and_then(wrinkle_words);
-    width.into_iter().chain(shape).map(|words| format!("{}: {words}", found.name))
+    let of = |width: fn(&Measures) -> Option<f64>| last(found).and_then(width);
+    let words = resolution_words(of(|m| m.width), of(|m| m.wrinkle_width));
+    words.map(|words| format!("{}: {words}", found.name))
 }
 
 /// The numbers in `at` of the axes that are kept.

@@ -30,9 +30,7 @@ pub(super) fn plan(axes: &[&str]) -> Plan {
         folder: number.to_string(),
         at: at(number),
         fingerprint: String::new(),
-        size: 1,
         limit: None,
-        dearest: None,
     };
     let members = (0..count).map(point).collect();
     Plan {
@@ -44,7 +42,6 @@ pub(super) fn plan(axes: &[&str]) -> Plan {
         threads: 1,
         plugin_path: Vec::new(),
         states: false,
-        repeats: 0,
         files: BTreeMap::new(),
         members,
         law: None,
@@ -77,7 +74,7 @@ pub(super) fn complete(plan: &Plan, number: usize, spots: usize, value: f64) -> 
         work: Some(Work { steps: 5, ..Work::default() }),
         start: None,
         intersection: None,
-        timing: None,
+        start_seconds: None,
     }
 }
 

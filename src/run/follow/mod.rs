@@ -135,8 +135,7 @@ impl Follow {
             values.iter_mut().for_each(|c| *c += 0.01 * (c.abs() + typical));
         }
         if family.imbalance(self.from, &at)? == family.imbalance(self.request.to, &at)? {
-            let why = "no force, no pin and no rate depends on it";
-            return Err(refusals::without_effect(&self.scene, &self.key.target, why));
+            return Err(refusals::without_effect(&self.scene, &self.key.target));
         }
         Ok(())
     }
@@ -193,7 +192,7 @@ impl Follow {
         directory.claim().tell(|reached| {
             reached.time = simulation.state().time;
             reached.spent = spent;
-            reached.peak_resident_bytes = peak_resident(None);
+            reached.peak_resident_bytes = peak_resident();
         });
         outcome.map(|()| found)
     }

@@ -42,12 +42,6 @@ impl IntegratorChoice {
         Ok(Self { name, fixed_steps: integrator.rtol().is_none(), table, option })
     }
 
-    /// Returns the method of its steps, without the solvers of their stages.
-    pub(crate) fn method(&self) -> &str {
-        let mut commas = self.name.match_indices(',').map(|(at, _)| at);
-        self.name.get(..commas.nth(1).unwrap_or(self.name.len())).unwrap_or_default()
-    }
-
     /// The override that gives a scene this integrator at `tolerance`.
     ///
     /// # Errors

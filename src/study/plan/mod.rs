@@ -10,7 +10,6 @@ pub mod integrator;
 mod keys;
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -23,7 +22,7 @@ use crate::kinetics::{HostLaw, PluginSearch};
 use crate::output::OutputError;
 use crate::output::provenance::{FileRecord, fingerprint};
 use crate::run::{Error, Result};
-use crate::scene::{Scene, SheetSource};
+use crate::scene::Scene;
 
 /// A study: its scene, what it varies, its members.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -45,9 +44,6 @@ pub struct Plan {
     /// Whether members keep their states at output times.
     #[serde(default)]
     pub states: bool,
-    /// Repetitions of the steps of a member for their timing, if they are short.
-    #[serde(default)]
-    pub repeats: u16,
     /// Files that its scenes name, and plugins, with their hashes.
     #[serde(default)]
     pub files: BTreeMap<PathBuf, String>,
@@ -67,15 +63,9 @@ pub struct Point {
     pub at: Vec<usize>,
     /// Hash of its scene and of the files of that.
     pub fingerprint: String,
-    /// Size that its memory scales with: vertices, or bytes of its mesh file.
-    pub size: u64,
     /// Wall time after which it is given up, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limit: Option<u64>,
-    /// After so many times the processor time of the dearest complete member that differs in the first key alone it is
-    /// given up.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub dearest: Option<u64>,
 }
 
 impl Plan {
@@ -110,7 +100,6 @@ impl Plan {
             set: set.to_vec(),
             axes,
             threads: 1,
-            repeats: 1,
             ..Self::default()
         };
         // All combinations, the last key fastest.
@@ -121,8 +110,8 @@ impl Plan {
             all = all.into_iter().flat_map(more).collect();
         }
         for at in all {
-            let size = size(&Scene::varied(scene, set, &plan.overrides(&at))?);
-            plan.members.push(Point { folder: plan.folder(&at), at, size, ..Point::default() });
+            Scene::varied(scene, set, &plan.overrides(&at))?;
+            plan.members.push(Point { folder: plan.folder(&at), at, ..Point::default() });
         }
         plan.disambiguate_folders();
         Ok(plan)
@@ -315,12 +304,3 @@ impl Plan {
 
 /// Most characters of the name of a folder: systems allow 255 bytes.
 const LONGEST_NAME: usize = 150;
-
-/// Size that memory scales with: vertices, or bytes of the mesh file.
-fn size(scene: &Scene) -> u64 {
-    match &scene.sheet.source {
-        SheetSource::File { file } => fs::metadata(file).map_or(1, |about| about.len()),
-        SheetSource::Point { .. } => 1,
-        SheetSource::Generated(shape) => shape.vertices() as u64,
-    }
-}

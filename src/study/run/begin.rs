@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use super::slurm::{self, SlurmSettings};
-use super::{Pool, available, limit_of};
+use super::{Pool, limit_of};
 use crate::output::{Claim, Interrupt, OutputError, ResultDirectory};
 use crate::run::run::end;
 use crate::run::{Error, Result, Simulation, provenance};
@@ -21,10 +21,8 @@ use crate::study::{Purpose, accuracy, compare, sweep};
 /// How members are run.
 #[derive(Debug, Clone, Default)]
 pub struct Settings {
-    /// Most members at once; as many as there are cores for, if not given. Never more than fit into memory.
+    /// Most members at once; as many as there are cores for, if not given.
     pub jobs: Option<usize>,
-    /// Bytes that all members together may take; most of what is free, if not given.
-    pub memory: Option<u64>,
     /// Whether members that failed are run again.
     pub retry_failed: bool,
     /// Whether an earlier study in the directory is replaced.
@@ -150,7 +148,6 @@ impl Runs<'_> {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let usual = (cores / usize::from(plan.threads.max(1))).max(1);
         let jobs = self.settings.jobs.unwrap_or(usual);
-        let memory = self.settings.memory.or_else(available);
         if !members.is_empty() {
             let all = gather(plan, root);
             let count = members.len();
@@ -173,7 +170,7 @@ impl Runs<'_> {
             (self.happens)(&text);
         };
         let command = &self.member;
-        let mut pool = Pool { plan, root, command, jobs, memory, happens: &mut happens };
+        let mut pool = Pool { plan, root, command, jobs, happens: &mut happens };
         pool.run(&members, interrupt)?;
         match broken {
             Some(error) => Err(error),

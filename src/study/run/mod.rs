@@ -2,12 +2,10 @@
 
 mod begin;
 mod member;
-mod memory;
 mod pool;
 mod rank_job;
 pub mod slurm;
 mod time_limit;
-mod timing;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,13 +14,10 @@ use std::time::{Duration, Instant};
 
 pub use self::begin::{Runs, Settings};
 pub use self::member::member;
-pub use self::memory::{MemoryEstimates, available};
 pub use self::pool::Pool;
 pub use self::rank_job::RankJob;
 pub use self::slurm::SlurmSettings;
-pub(crate) use self::time_limit::limit_of;
-use self::time_limit::{TimeLimit, rivals};
-pub use self::timing::Timing;
+use self::time_limit::{TimeLimit, limit_of};
 use super::gather::states::StateFile;
 use super::gather::{MemberStatus, measure, open_measures, status};
 use super::plan::Plan;
@@ -111,22 +106,14 @@ pub fn run(
         }
         // Of one that is resumed, results up to the checkpoint are kept.
         let kept = from.as_ref().map(Checkpoint::frame_times).unwrap_or_default();
-        let watched = (point, scene.time.span.until.get());
-        let mut limit = TimeLimit::watch(watched, rivals(plan, root, number), interrupt);
+        let limit = TimeLimit::watch(point.limit, interrupt);
         let mut record = Record::open(plan, &directory, kept)?;
-        let observers: &mut [&mut dyn Observer] = &mut [&mut limit, &mut record];
+        let observers: &mut [&mut dyn Observer] = &mut [&mut record];
         let observers = (from.as_ref(), observers);
         let summary =
             run::observed(&scene, &mut simulation, &directory, progress, interrupt, observers)?;
         let interrupted = summary.ending == Ending::Interrupted;
-        if let Some(error) = limit.error(summary.time).filter(|_| interrupted) {
-            return Err(error);
-        }
-        if plan.repeats > 0 && !interrupted {
-            drop(simulation);
-            Timing::of(&scene, &search, &summary, plan.repeats)?.write(&directory)?;
-        }
-        Ok(summary)
+        limit.error(summary.time).filter(|_| interrupted).map_or(Ok(summary), Err)
     })?;
     Ok(Some(summary))
 }

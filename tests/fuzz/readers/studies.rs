@@ -11,7 +11,6 @@ use rumple::study::accuracy::{Options, Study};
 use rumple::study::gather::gather;
 use rumple::study::gather::states::{self, StateFile};
 use rumple::study::plan::{Axis, Plan};
-use rumple::study::run::Timing;
 use rumple::study::sweep::{self, csv, markdown};
 
 use super::{Bound, Reader, bound, file, room, root};
@@ -48,17 +47,6 @@ pub const MEASURES: Reader = Reader {
     bound: SWEEPS,
     seeds: || vec![member_file("small", ResultDirectory::MEASURES)],
     read: |bytes| in_member("small", ResultDirectory::MEASURES, bytes),
-    repair: None,
-};
-
-pub const TIMING: Reader = Reader {
-    name: "timing",
-    bound: bound(1, 64),
-    seeds: || vec![member_file("point", ResultDirectory::TIMING)],
-    read: |bytes| {
-        file(ResultDirectory::TIMING, bytes);
-        Timing::read(&room()).is_some_and(|timing| timing.median() > -timing.spread().0)
-    },
     repair: None,
 };
 
@@ -104,7 +92,7 @@ fn study(scene: &Path, folder: &Path) -> run::Result<()> {
         of: None,
     };
     let search = PluginSearch::in_directories(Vec::new());
-    let (study, mut plan) = Study::plan(scene, &[], Vec::new(), &search, &options)?;
+    let (study, mut plan) = Study::plan(scene, &[], &search, &options)?;
     plan.states = true;
     members(plan, folder)?;
     study.write(folder)?;
