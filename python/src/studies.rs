@@ -10,7 +10,7 @@ use rumple::kinetics::HostLaw;
 use rumple::num::checked::Positive;
 use rumple::output::Interrupt;
 use rumple::run::Error;
-use rumple::study::accuracy::{Options, Quantity, Study};
+use rumple::study::accuracy::{StudyOptions, Quantity, Study};
 use rumple::study::plan::{Axis, Plan, seed_axis};
 use rumple::study::run::{Runs, Settings};
 use rumple::study::{Purpose, compare as comparison, run};
@@ -151,13 +151,13 @@ pub(crate) struct Asked {
 }
 
 impl Asked {
-    fn options(&self) -> rumple::Result<Options> {
+    fn options(&self) -> rumple::Result<StudyOptions> {
         counted(&[("limit", self.limit)])?;
         if !(self.want > 0.0 && self.want.is_finite()) {
             let text = format!("want is {}, expected a share above 0, as 0.01", self.want);
             return Err(Error::Refused(text));
         }
-        let usual = Options::default();
+        let usual = StudyOptions::default();
         let numbers = |name: &str, values: &[f64]| -> rumple::Result<Vec<Positive>> {
             let number = |value: &f64| {
                 Positive::new(*value).filter(|value| value.get() < 1.0).ok_or_else(|| {
@@ -167,7 +167,7 @@ impl Asked {
             values.iter().map(number).collect()
         };
         let tolerances = self.tolerances.as_deref().map(|all| numbers("tolerances", all));
-        Ok(Options {
+        Ok(StudyOptions {
             integrators: self.integrators.clone(),
             tolerances: tolerances.unwrap_or(Ok(usual.tolerances))?,
             references: self.references.clone(),

@@ -11,7 +11,7 @@ use crate::num::Short;
 use crate::num::checked::Positive;
 use crate::run::{Error, Result, Simulation};
 use crate::study::Purpose;
-use crate::study::accuracy::{Options, Quantity, Study};
+use crate::study::accuracy::{Quantity, Study, StudyOptions};
 use crate::study::plan::{Axis, Plan};
 
 /// Arguments of `accuracy`.
@@ -79,7 +79,7 @@ pub(super) fn run(args: &AccuracyArgs, command: &clap::Command) -> Result<()> {
                 "{path}: no {file}: expected a scene, or the directory of a study"
             )));
         };
-        let plan = Plan::of(&root)?;
+        let plan = Plan::load(&root)?;
         refuse_for_directory(command)?;
         if let Some(of) = args.of {
             of.check(Simulation::new(&plan.scene(0)?, &plan.search())?.model())?;
@@ -122,9 +122,9 @@ fn refuse_for_directory(command: &clap::Command) -> Result<()> {
     )))
 }
 
-fn options(args: &AccuracyArgs) -> Result<Options> {
-    let usual = Options::default();
-    Ok(Options {
+fn options(args: &AccuracyArgs) -> Result<StudyOptions> {
+    let usual = StudyOptions::default();
+    Ok(StudyOptions {
         integrators: args.integrators.clone(),
         tolerances: args
             .tolerances

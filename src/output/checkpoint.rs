@@ -55,7 +55,7 @@ impl CheckpointFiles {
     ///
     /// # Errors
     /// [`OutputError::Read`] from the operating system.
-    pub fn of(directory: &ResultDirectory, keep: usize) -> Result<Self, OutputError> {
+    pub fn open(directory: &ResultDirectory, keep: usize) -> Result<Self, OutputError> {
         let last = directory.checkpoints_found()?.pop();
         let next = last.map_or(0, |(number, _)| number + 1);
         Ok(Self { directory: directory.clone(), keep, next })

@@ -224,7 +224,7 @@ pub struct Standing {
 impl Standing {
     /// Of the run in the directory `root`; none where no run has begun.
     #[must_use]
-    pub fn of(root: &Path) -> Option<Self> {
+    pub fn read(root: &Path) -> Option<Self> {
         let text = fs::read_to_string(root.join(Claim::STATUS)).ok()?;
         let mut about: Value = serde_json::from_str(&text).ok()?;
         let known =

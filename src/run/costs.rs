@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::process::{peak_resident, processor_time};
 use super::{Error, Result, Simulation};
 use crate::num::real;
 use crate::output::{OutputError, ResultDirectory, atomic};
@@ -48,29 +49,6 @@ pub struct PartCost {
 /// Groups in the order in which they are shown.
 const GROUPS: [&str; 7] =
     ["effect", "signal", "law", "geometry", "solver", "output", "preparation"];
-
-/// Largest resident memory of this process so far, bytes; where the system says it.
-#[must_use]
-pub fn peak_resident() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    let kibibytes: u64 = line.split_whitespace().next()?.parse().ok()?;
-    Some(1024 * kibibytes)
-}
-
-/// Processor time of all threads of this process, s.
-#[cfg(unix)]
-pub(crate) fn processor_time() -> Option<f64> {
-    use rustix::time::{ClockId, clock_gettime};
-    let time = clock_gettime(ClockId::ProcessCPUTime);
-    let [seconds, nanoseconds] = [time.tv_sec, time.tv_nsec].map(u32::try_from);
-    Some(f64::from(seconds.ok()?) + 1e-9 * f64::from(nanoseconds.ok()?))
-}
-
-#[cfg(not(unix))]
-pub(crate) fn processor_time() -> Option<f64> {
-    None
-}
 
 fn part(group: &str, name: &str, seconds: f64, counts: &[(&'static str, u64)]) -> PartCost {
     let done = counts.iter().filter(|(_, count)| *count > 0);

@@ -99,7 +99,7 @@ impl<'a> MainLoop<'a> {
         simulation.set_control(control);
         let results = from.map(|from| &from.results);
         let watch = results.and_then(|results| results.watch);
-        let monitor = StabilityMonitor::of(scene, simulation, directory, watch)?;
+        let monitor = StabilityMonitor::open(scene, simulation, directory, watch)?;
         let first = simulation.sheet().reduction().is_first();
         let mut events = match results.filter(|_| first) {
             None => Events::new(directory.events()),
@@ -114,13 +114,13 @@ impl<'a> MainLoop<'a> {
         let ledger = LedgerRows::open(directory, &columns, from.map(Checkpoint::step), first)?;
         let output = (directory, &scene.output);
         let frames = Frames::open(output, model, &simulation.fields, (results, first))?;
-        let mut schedule = OutputSchedule::of(scene);
+        let mut schedule = OutputSchedule::new(scene);
         if let Some(results) = results {
             let modes = results.watch.map_or(0, |(modes, _)| modes);
             directory.cut_back(results.frame_times.len(), modes)?;
             schedule.resume(&simulation.stepper.state, results.frame_times.last().copied());
         }
-        let checkpoints = Checkpoints::of(scene, simulation, directory)?;
+        let checkpoints = Checkpoints::open(scene, simulation, directory)?;
         let start = results.map_or_else(Default::default, |results| results.start);
         directory.claim().tell(|reached| reached.start = start);
         Ok(Self {
@@ -130,7 +130,7 @@ impl<'a> MainLoop<'a> {
             interrupt,
             simulation,
             ledger,
-            rules: StopRules::of(scene),
+            rules: StopRules::new(scene),
             intersections: Intersections::default(),
             frames,
             events,

@@ -26,6 +26,7 @@ mod observe;
 pub mod overview;
 pub mod pattern;
 mod planar;
+mod process;
 pub mod provenance;
 pub mod ranks;
 pub mod resume;
@@ -44,7 +45,7 @@ mod typical_magnitudes;
 mod warnings;
 
 pub use checkpoint::Checkpoint;
-pub use costs::{Costs, peak_resident};
+pub use costs::Costs;
 pub use error::{Error, Result};
 pub use explain::Explanation;
 pub use fields::Fields;

@@ -118,7 +118,7 @@ impl Observer for Frames {
             match sheet.reduction().distribution() {
                 None => self.series.push(&frame)?,
                 Some(share) => {
-                    let piece = Piece::of(sheet, &frame);
+                    let piece = Piece::new(sheet, &frame);
                     let written = self.series.push(&piece.frame(sheet, &frame));
                     ranks::agreed(Some(&*share.communicator), written.map_err(Error::from))?
                 }
@@ -139,7 +139,7 @@ pub struct StopRules {
 impl StopRules {
     /// The stop rules of `scene`.
     #[must_use]
-    pub fn of(scene: &Scene) -> Self {
+    pub fn new(scene: &Scene) -> Self {
         let span = &scene.time.span;
         Self {
             until: span.until.get(),

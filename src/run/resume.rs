@@ -57,7 +57,7 @@ pub fn resume_on(
 ) -> Result<Resumed> {
     let refused = |what: String| Error::Refused(format!("{}: {what}", root.display()));
     let refuse = |what: String| Err(refused(what));
-    let standing = Standing::of(root);
+    let standing = Standing::read(root);
     let path = ResultDirectory::resolved_in(root);
     if !path.is_file() {
         return refuse(
@@ -82,7 +82,7 @@ pub fn resume_on(
         None => Simulation::new(&scene, search)?,
         Some(ranks) => Simulation::over(&scene, search, ranks)?,
     };
-    let now = Fingerprint::of(&scene, &simulation)?;
+    let now = Fingerprint::new(&scene, &simulation)?;
     if let Err(Error::Refused(changed)) = checkpoint.fingerprint.check(&now) {
         return refuse(format!(
             "what the run is made from has changed:\n{changed}\nundo that, or begin a new run; `rumple run \

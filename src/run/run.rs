@@ -3,10 +3,11 @@
 use std::path::Path;
 
 use super::checkpoint::Checkpoint;
-use super::costs::{Costs, peak_resident};
+use super::costs::Costs;
 pub use super::error::Failure;
 use super::main_loop::stepped;
 use super::observe::Observer;
+use super::process::peak_resident;
 use super::resume::Resumed;
 pub(crate) use super::summary::end;
 pub use super::summary::{Ending, Summary, with_status};
@@ -94,7 +95,7 @@ pub fn continued(
     others: &mut [&mut dyn Observer],
 ) -> Result<Summary> {
     let Resumed { scene, simulation, checkpoint, notes } = resumed;
-    let earlier = Standing::of(directory.root()).map(|standing| standing.notes);
+    let earlier = Standing::read(directory.root()).map(|standing| standing.notes);
     directory.claim().begin()?;
     earlier.iter().flatten().for_each(|note| directory.claim().note(note));
     with_status(directory, || {

@@ -110,7 +110,7 @@ impl Simulation {
         let (around, part, mesh) = match initial_state::lattice(scene)? {
             Some(lattice) => {
                 let (around, part) = SheetPart::of_lattice(&lattice, ranks).map_err(place)?;
-                (around, part, MeshRecord::of(lattice.points(), lattice.triangles()))
+                (around, part, MeshRecord::new(lattice.points(), lattice.triangles()))
             }
             None => {
                 let whole = read_sheet(scene, &mut notes)?;

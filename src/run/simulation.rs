@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::costs::processor_time;
 use super::invariants::Invariants;
+use super::process::processor_time;
 use super::ranks::RankPart;
 use super::{Error, Fields, Result, laws};
 use crate::Stepper;
@@ -281,5 +281,5 @@ impl Simulation {
 
 /// The record of the mesh of a whole sheet.
 pub(super) fn mesh_record(sheet: &Sheet) -> MeshRecord {
-    MeshRecord::of(sheet.rest().iter().copied(), sheet.triangles().iter().copied())
+    MeshRecord::new(sheet.rest().iter().copied(), sheet.triangles().iter().copied())
 }

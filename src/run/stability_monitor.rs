@@ -65,7 +65,7 @@ impl StabilityMonitor {
     ///
     /// # Errors
     /// A sheet too large for a factor, or files that cannot be made.
-    pub(super) fn of(
+    pub(super) fn open(
         scene: &Scene,
         simulation: &mut Simulation,
         directory: &ResultDirectory,

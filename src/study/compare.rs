@@ -102,7 +102,7 @@ pub(super) fn timescales(plan: &Plan, interrupt: Interrupt) -> Result<Option<Str
     let mut start = Simulation::new(&scene, &plan.search())?;
     start.set_control(Control::new(move || interrupt.requested(), |_| ()));
     start.relax()?;
-    Ok(match Timescales::of(&mut start) {
+    Ok(match Timescales::new(&mut start) {
         Ok(timescales) => timescales.map(|timescales| timescales.verdict()),
         Err(error) => Some(format!("the timescales are not known: {error}")),
     })
@@ -136,7 +136,7 @@ impl Comparison {
         let names = simulation.model().chemistry().map(|c| &c.descriptor().species);
         let species = names.into_iter().flatten().map(|s| s.name.clone()).collect();
         let members = (0..plan.members.len()).map(|number| Run::read(plan, root, number));
-        Ok(Self::new(members.collect(), &Norm::of(simulation.model()), species))
+        Ok(Self::new(members.collect(), &Norm::of_model(simulation.model()), species))
     }
 
     /// The complete members with their numbers and distances.

@@ -189,7 +189,7 @@ fn statistics_rows(
         let failed = group.iter().filter(|f| f.status.is_lost()).count().to_string();
         let complete = || group.iter().filter(|f| f.status == MemberStatus::Complete);
         let values = |c: &Column<'_>| complete().filter_map(|f| (c.of)(f)).collect::<Vec<f64>>();
-        let found: Vec<_> = columns.iter().map(|c| Statistics::of(&values(c))).collect();
+        let found: Vec<_> = columns.iter().map(|c| Statistics::new(&values(c))).collect();
         let mut row = |name: &str, of: fn(&Statistics) -> Option<f64>| {
             let keys = axes().zip(&at).map(|(axis, k)| axis.value(*k).to_owned());
             let keys = keys.chain([name.to_owned(), failed.clone()]);

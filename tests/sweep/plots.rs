@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use rumple::study::Measures;
 use rumple::study::gather::{MemberResults, MemberStatus};
-use rumple::study::plan::{Axis, Plan, Point};
+use rumple::study::plan::{Axis, Member, Plan};
 use rumple::study::sweep::{drawn_keys, figure};
 
 use rumple::tally::Work;
@@ -26,7 +26,7 @@ pub(super) fn plan(axes: &[&str]) -> Plan {
         at.reverse();
         at
     };
-    let point = |number: usize| Point {
+    let point = |number: usize| Member {
         folder: number.to_string(),
         at: at(number),
         fingerprint: String::new(),

@@ -70,7 +70,7 @@ fn facts(
         let what = if blame.is_named { "where" } else { "where the residual is largest" };
         fact(what, place);
     }
-    if let Some(crossings) = self_intersection::of(simulation) {
+    if let Some(crossings) = self_intersection::describe(simulation) {
         fact("self-intersection", crossings);
     }
     text.push('\n');

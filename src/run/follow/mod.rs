@@ -26,9 +26,9 @@ use std::sync::Arc;
 use self::family::SceneFamily;
 use self::key::Key;
 pub use self::measures::Measure;
-use self::record::Record;
+use self::record::BranchRecord;
 pub use self::request::{FollowEvent, FollowSummary, Request};
-use super::costs::peak_resident;
+use super::process::peak_resident;
 use super::{Error, Result, Simulation, inspect, provenance};
 use crate::Vec3;
 use crate::kinetics::PluginSearch;
@@ -176,7 +176,7 @@ impl Follow {
             let load = load(&family, [*from, request.to], &start)?;
             let fields = (simulation.fields.clone(), &scene.output);
             let of = (&family, (&**simulation.model(), &start), load);
-            let record = Record::new(directory, fields, request, of);
+            let record = BranchRecord::new(directory, fields, request, of);
             let told = (listener, &mut found);
             let forward = request.to > *from;
             if species.is_empty() {

@@ -1,6 +1,6 @@
 //! The advice in words: the cheapest integrator and tolerance for the target error.
 
-use super::errors::{Assessment, Point};
+use super::errors::{Assessment, ComparedRun};
 use super::{Quantity, Study};
 use crate::output::plot::label;
 
@@ -45,14 +45,14 @@ pub(super) fn advice(study: &Study, all: &Assessment) -> String {
         Some(at) => format!(" before t = {}: ", label(at)),
         None => ": ".to_owned(),
     };
-    let known = |p| Some((p, Point::error(p, quantity)?, p.found.step_seconds()?));
-    let runs: Vec<(&Point, f64, f64)> = all.points.iter().filter_map(known).collect();
-    let sound = |p: &Point| {
+    let known = |p| Some((p, ComparedRun::error(p, quantity)?, p.found.step_seconds()?));
+    let runs: Vec<(&ComparedRun, f64, f64)> = all.points.iter().filter_map(known).collect();
+    let sound = |p: &ComparedRun| {
         Quantity::FIELDS.iter().all(|q| p.error(*q).is_none_or(|e| e <= LARGEST_SOUND_ERROR))
     };
     let good = runs.iter().filter(|(point, error, _)| *error <= enough && sound(point));
     let best = good.min_by(|a, b| a.2.total_cmp(&b.2));
-    let described = |(point, error, seconds): &(&Point, f64, f64)| {
+    let described = |(point, error, seconds): &(&ComparedRun, f64, f64)| {
         format!("{}, {} (error {})", described(study, point), time(*seconds), percent(*error))
     };
     text += &match (best, runs.iter().min_by(|a, b| a.1.total_cmp(&b.1))) {
@@ -92,7 +92,7 @@ impl std::fmt::Display for Scientific {
 }
 
 /// An integrator with its tolerance.
-pub(super) fn described(study: &Study, point: &Point) -> String {
+pub(super) fn described(study: &Study, point: &ComparedRun) -> String {
     let tolerance = Scientific(point.tolerance);
     match study.curves.get(point.curve) {
         Some(curve) if curve.fixed_steps => {

@@ -18,7 +18,7 @@ pub(super) struct Assessment {
     /// Reference of all runs; none if none completed.
     pub(super) reference: Option<Reference>,
     /// The runs that are compared.
-    pub(super) points: Vec<Point>,
+    pub(super) points: Vec<ComparedRun>,
     /// For every quantity, half of the range that it has over the seeds, relative to the reference.
     pub(super) spread: OfQuantities,
     /// Count of seeds that completed.
@@ -30,7 +30,7 @@ pub(super) struct Assessment {
 }
 
 /// One integrator at one tolerance.
-pub(super) struct Point {
+pub(super) struct ComparedRun {
     /// Its overrides of the scene, as options of the command line.
     pub(super) settings: String,
     /// Which of the curves of the study.
@@ -55,7 +55,7 @@ pub(super) fn errors(norm: &Norm, run: &Run, truth: &Run, diverged: Option<f64>)
     })
 }
 
-impl Point {
+impl ComparedRun {
     /// The error of `quantity`, if the run completed.
     pub(super) fn error(&self, quantity: Quantity) -> Option<f64> {
         self.errors[quantity as usize]
@@ -115,7 +115,7 @@ pub(super) fn assess(study: &Study, plan: &Plan, root: &Path) -> Assessment {
         let truth = all.reference.as_ref().filter(|_| complete);
         let errors = truth.map(|truth| errors(&norm, &run, &truth.run, truth.diverged));
         let (found, errors) = (run.found, errors.unwrap_or_default());
-        all.points.push(Point { settings, curve, tolerance, found, errors });
+        all.points.push(ComparedRun { settings, curve, tolerance, found, errors });
     }
     if let Some(reference) = all.reference.as_ref().filter(|_| all.seeds > 0) {
         let measures = &reference.run.found.measures;
@@ -127,5 +127,5 @@ pub(super) fn assess(study: &Study, plan: &Plan, root: &Path) -> Assessment {
 /// The norm in which states of the scene of `plan` are compared.
 fn norm(plan: &Plan) -> Option<Norm> {
     let scene = plan.scene(0).ok()?;
-    Some(Norm::of(Simulation::new(&scene, &plan.search()).ok()?.model()))
+    Some(Norm::of_model(Simulation::new(&scene, &plan.search()).ok()?.model()))
 }

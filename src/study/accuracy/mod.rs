@@ -19,7 +19,7 @@ mod quantity;
 mod reference;
 mod report;
 
-pub use plan::Options;
+pub use plan::StudyOptions;
 pub use quantity::Quantity;
 
 use std::path::Path;

@@ -15,9 +15,9 @@ use crate::solve::SolveError;
 use crate::study::plan::integrator::IntegratorChoice;
 use crate::study::plan::{Axis, Plan, seed_keys};
 
-/// Options of a study.
+/// StudyOptions of a study.
 #[derive(Debug, Clone)]
-pub struct Options {
+pub struct StudyOptions {
     /// Integrators, names or tables; the usual ones of the policy if there are none.
     pub integrators: Vec<String>,
     /// Tolerances.
@@ -34,7 +34,7 @@ pub struct Options {
     pub of: Option<Quantity>,
 }
 
-impl Default for Options {
+impl Default for StudyOptions {
     fn default() -> Self {
         let tolerances = [1e-1, 1e-2, 1e-3, 1e-4].into_iter().filter_map(Positive::new).collect();
         let (integrators, references) = (Vec::new(), Vec::new());
@@ -105,7 +105,7 @@ struct Base<'a> {
     scene: &'a Path,
     set: &'a [String],
     search: &'a PluginSearch,
-    options: &'a Options,
+    options: &'a StudyOptions,
     /// Integrators and references that are left out, and why.
     left_out: Vec<String>,
 }
@@ -120,7 +120,7 @@ impl Study {
         scene: &Path,
         set: &[String],
         search: &PluginSearch,
-        options: &Options,
+        options: &StudyOptions,
     ) -> Result<(Self, Plan)> {
         if let Some(t) = options.tolerances.iter().find(|t| t.get() < TIGHTEST_TOLERANCE) {
             return Err(Error::Refused(format!(
@@ -245,7 +245,7 @@ impl Base<'_> {
         let mut planned = Vec::new();
         for (curve, choice) in candidates.iter().enumerate() {
             for at in tolerances {
-                let sets = vec![choice.at(self.scene, self.set, *at)?];
+                let sets = vec![choice.setting(self.scene, self.set, *at)?];
                 let tolerance = at.get();
                 let name = format!("{}, {}", choice.name, Scientific(tolerance));
                 planned.push((Role::Point { curve, tolerance }, name, sets));
@@ -296,7 +296,7 @@ impl Base<'_> {
             };
             let tolerance = (tightest / (tighter * still)).max(TIGHTEST_TOLERANCE);
             let Some(tolerance) = Positive::new(tolerance) else { continue };
-            let mut sets = vec![choice.at(self.scene, self.set, tolerance)?];
+            let mut sets = vec![choice.setting(self.scene, self.set, tolerance)?];
             let force = force.map(|f| f.min((REFERENCE_FORCE_RATIO * f).max(MIN_FORCE)));
             sets.extend(force.map(|force| format!("equilibrium.tolerance={force:?}")));
             sets.extend(stabilisation.map(|s| format!("time.stabilisation={}", Scientific(s))));

@@ -1,7 +1,7 @@
 //! The report of a study: advice, a plot and a table.
 
 use super::advice::{advice, described, percent, subject, time};
-use super::errors::{Assessment, Point};
+use super::errors::{Assessment, ComparedRun};
 use super::{Quantity, Study};
 use crate::output::plot::{Block, Curve, Figure, Panel, Plot, label};
 use crate::study::draw::plot::{ROUND_OFF, cost_panel};
@@ -55,7 +55,7 @@ fn figure(study: &Study, all: &Assessment) -> Figure {
     let guides = ["reference uncertainty", &wanted, "spread over seeds"];
     let curves = study.curves.len();
     let names = study.curves.iter().map(|curve| curve.name.as_str()).chain(guides);
-    let diverged = |point: &Point| {
+    let diverged = |point: &ComparedRun| {
         let far = |q: &Quantity| point.error(*q).is_some_and(|error| !(error <= DIVERGED_ERROR));
         Quantity::ALL.iter().any(far)
     };
@@ -112,7 +112,7 @@ fn csv(study: &Study, all: &Assessment) -> String {
 const COUNTS: [&str; 3] = ["steps", "evaluations", "factorisations"];
 
 /// Steps, evaluations and factorisations of a run; `none` where they are not known.
-fn counts(point: &Point, none: &str) -> [String; 3] {
+fn counts(point: &ComparedRun, none: &str) -> [String; 3] {
     let counts = point.found.step_work().map(|w| [w.steps, w.evaluations(), w.factorisations]);
     counts.map_or([none; 3].map(str::to_owned), |counts| counts.map(|n| n.to_string()))
 }

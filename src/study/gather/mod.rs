@@ -70,7 +70,7 @@ impl std::fmt::Display for MemberStatus {
 
 /// Returns the status of the member in `directory` of a study, and the reason.
 pub(crate) fn status(plan: &Plan, directory: &Path) -> (MemberStatus, String) {
-    let Some(standing) = Standing::of(directory) else { return Default::default() };
+    let Some(standing) = Standing::read(directory) else { return Default::default() };
     let status = match standing.status {
         RunStatus::Running if standing.in_use => MemberStatus::Running,
         RunStatus::Running => MemberStatus::Killed,
@@ -186,7 +186,7 @@ pub(crate) fn read(plan: &Plan, root: &Path, number: usize) -> MemberResults {
     let directory = plan.directory(root, number);
     let (status, reason) = status(plan, &directory);
     // The status of a run that continues, or was killed, has no costs.
-    let ended = Standing::of(&directory).filter(|s| s.status != RunStatus::Running);
+    let ended = Standing::read(&directory).filter(|s| s.status != RunStatus::Running);
     let measures = read_measures(&directory);
     let steady = status == MemberStatus::Complete && reason == Ending::Steady.to_string();
     let mut found = MemberResults {

@@ -46,7 +46,7 @@ impl IntegratorChoice {
     ///
     /// # Errors
     /// The scene is not valid.
-    pub fn at(&self, scene: &Path, set: &[String], tolerance: Positive) -> Result<String> {
+    pub fn setting(&self, scene: &Path, set: &[String], tolerance: Positive) -> Result<String> {
         let mut scene = Scene::varied_by(scene, set, &[key(&self.table)], self.option)?;
         let until = scene.time.span.until;
         scene.time.integrator = scene.time.integrator.at_tolerance(tolerance, until);
@@ -58,7 +58,7 @@ impl IntegratorChoice {
     /// # Errors
     /// The scene is not valid.
     pub fn scene(&self, scene: &Path, set: &[String], tolerance: Positive) -> Result<Scene> {
-        let with = self.at(scene, set, tolerance)?;
+        let with = self.setting(scene, set, tolerance)?;
         Ok(Scene::varied_by(scene, set, &[with], self.option)?)
     }
 }

@@ -48,7 +48,7 @@ pub struct Plan {
     #[serde(default)]
     pub files: BTreeMap<PathBuf, String>,
     /// The members.
-    pub members: Vec<Point>,
+    pub members: Vec<Member>,
     /// The law that the caller brings: to be given again wherever the plan is read.
     #[serde(skip)]
     pub law: Option<HostLaw>,
@@ -56,7 +56,7 @@ pub struct Plan {
 
 /// One member of a study.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Point {
+pub struct Member {
     /// Name of its folder.
     pub folder: String,
     /// Which value of every axis it has.
@@ -111,7 +111,7 @@ impl Plan {
         }
         for at in all {
             Scene::varied(scene, set, &plan.overrides(&at))?;
-            plan.members.push(Point { folder: plan.folder(&at), at, ..Point::default() });
+            plan.members.push(Member { folder: plan.folder(&at), at, ..Member::default() });
         }
         plan.disambiguate_folders();
         Ok(plan)
@@ -123,7 +123,7 @@ impl Plan {
     }
 
     /// Which value of every axis member `number` has; empty if the member does not exist.
-    fn at(&self, number: usize) -> &[usize] {
+    fn value_numbers(&self, number: usize) -> &[usize] {
         self.members.get(number).map_or(&[], |point| &point.at)
     }
 
@@ -132,7 +132,7 @@ impl Plan {
     /// # Errors
     /// If it cannot be read any more.
     pub fn scene(&self, number: usize) -> Result<Scene> {
-        Ok(Scene::varied(&self.scene, &self.set, &self.overrides(self.at(number)))?)
+        Ok(Scene::varied(&self.scene, &self.set, &self.overrides(self.value_numbers(number)))?)
     }
 
     /// The end time of member `number`.
@@ -151,7 +151,7 @@ impl Plan {
     /// Returns the name of a member: its keys and values.
     #[must_use]
     pub fn name(&self, number: usize) -> String {
-        self.label(self.at(number), |_| true)
+        self.label(self.value_numbers(number), |_| true)
     }
 
     /// Keys and values at `at` of the axes that are kept, as in `D = 0.5, seed = 1`.
@@ -194,7 +194,7 @@ impl Plan {
         }
         for number in 0..self.members.len() {
             if count[&self.members[number].folder.to_lowercase()] > 1 {
-                let hash = fingerprint(&self.overrides(self.at(number)).join("\n"));
+                let hash = fingerprint(&self.overrides(self.value_numbers(number)).join("\n"));
                 self.members[number].folder += &format!(",{}", &hash[..8]);
             }
         }
@@ -235,7 +235,7 @@ impl Plan {
         }
         for path in files {
             if !known.contains_key(&path) {
-                known.insert(path.clone(), FileRecord::of(&path)?.sha256);
+                known.insert(path.clone(), FileRecord::new(&path)?.sha256);
             }
             text += &format!("{} {}\n", path.display(), known[&path]);
         }
@@ -254,7 +254,7 @@ impl Plan {
     ///
     /// # Errors
     /// The directory holds no sweep, or its file cannot be read.
-    pub fn of(root: &Path) -> Result<Self> {
+    pub fn load(root: &Path) -> Result<Self> {
         Self::read(root)?.ok_or_else(|| {
             let (path, file) = (root.display(), Self::FILE);
             Error::Refused(format!("{path}: no {file}: expected the directory of a sweep"))

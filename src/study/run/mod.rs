@@ -30,13 +30,13 @@ use crate::run::{Checkpoint, Error, Observer, Result, Simulation, StepInfo, prov
 
 /// Observer that writes what a study keeps of a member at every output time: its state where the study
 /// compares fields, a row of measures.
-struct Record {
+struct MemberRecord {
     level: Option<f64>,
     measures: Ledger,
     states: Option<StateFile>,
 }
 
-impl Observer for Record {
+impl Observer for MemberRecord {
     fn observe(&mut self, at: &mut Evaluation<'_>, info: &StepInfo<'_>) -> Result<()> {
         if !info.frame {
             return Ok(());
@@ -49,7 +49,7 @@ impl Observer for Record {
     }
 }
 
-impl Record {
+impl MemberRecord {
     /// Of a member in `directory`, of whose results those of the times `kept` stay.
     fn open(plan: &Plan, directory: &ResultDirectory, kept: &[f64]) -> Result<Self> {
         let file = |name: &str| directory.root().join(name);
@@ -107,7 +107,7 @@ pub fn run(
         // Of one that is resumed, results up to the checkpoint are kept.
         let kept = from.as_ref().map(Checkpoint::frame_times).unwrap_or_default();
         let limit = TimeLimit::watch(point.limit, interrupt);
-        let mut record = Record::open(plan, &directory, kept)?;
+        let mut record = MemberRecord::open(plan, &directory, kept)?;
         let observers: &mut [&mut dyn Observer] = &mut [&mut record];
         let observers = (from.as_ref(), observers);
         let summary =

@@ -17,7 +17,7 @@ pub(super) fn limit_of(reason: &str) -> Option<u64> {
     limit.split_once(' ')?.0.parse().ok()
 }
 
-/// Interrupts a run that takes longer than its limit, as long as it is not dropped.
+/// Interrupts a run that takes longer than its limit, until it is dropped.
 pub(super) struct TimeLimit {
     began: Instant,
     limit: Option<u64>,

@@ -59,7 +59,7 @@ pub const STATUS: Reader = Reader {
     seeds: || vec![whole().status.clone()],
     read: |bytes| {
         file("status.json", bytes);
-        Standing::of(&room()).is_some()
+        Standing::read(&room()).is_some()
     },
     repair: None,
 };

@@ -7,7 +7,7 @@ use rumple::kinetics::PluginSearch;
 use rumple::num::checked::Positive;
 use rumple::output::{Interrupt, Mode, Progress, ResultDirectory};
 use rumple::run;
-use rumple::study::accuracy::{Options, Study};
+use rumple::study::accuracy::{Study, StudyOptions};
 use rumple::study::gather::gather;
 use rumple::study::gather::states::{self, StateFile};
 use rumple::study::plan::{Axis, Plan};
@@ -80,7 +80,7 @@ fn plan(scene: &Path, folder: &Path) -> run::Result<()> {
 
 fn study(scene: &Path, folder: &Path) -> run::Result<()> {
     let tolerances = [1e-3, 1e-5].into_iter().filter_map(Positive::new).collect();
-    let options = Options {
+    let options = StudyOptions {
         integrators: ["bdf", "tr-bdf2"]
             .map(|method| format!("{{ kind = \"monolithic\", method = \"{method}\" }}"))
             .to_vec(),
