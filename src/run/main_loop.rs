@@ -139,7 +139,7 @@ impl<'a> MainLoop<'a> {
             schedule,
             checkpoints,
             warnings: Warnings::default(),
-            summary: Summary::at_start(start),
+            summary: Summary { start, spent: start, ..Summary::default() },
             began,
             wall_before: results.map_or(0.0, |results| results.wall),
             clean: true,

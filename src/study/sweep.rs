@@ -80,9 +80,8 @@ fn last(found: &MemberResults) -> Option<&Measures> {
     found.measures.last()
 }
 
-/// The column of the connected regions above the level, in files and in tables and plots for people.
+/// The column of the connected regions above the level in files; people read "regions above the level".
 const SPOTS: &str = "spots";
-const REGIONS: &str = "regions above the level";
 
 /// Results of a member: titles with units, and numbers.
 const RESULTS: [(&str, NumberOf); 10] = [
@@ -123,7 +122,10 @@ fn measures(members: &[MemberResults]) -> Vec<Column<'_>> {
 /// The same with titles for people: a labyrinth, or a wavy edge, is one region.
 fn labelled_columns(members: &[MemberResults]) -> Vec<Column<'_>> {
     let mut columns = columns(members);
-    columns.iter_mut().filter(|c| c.title == SPOTS).for_each(|c| c.title = REGIONS);
+    columns
+        .iter_mut()
+        .filter(|c| c.title == SPOTS)
+        .for_each(|c| c.title = "regions above the level");
     columns
 }
 

@@ -239,7 +239,7 @@ fn what_has_no_branch_is_refused() {
     refused(&along("effect.bending.curvature"), &["leaves this key out", "--from"]);
     refused(&along("time.until"), &["time.until", "equilibria do not depend"]);
     refused(&along("load.force.per-area[2]"), &["--along", "load"]);
-    refused(&along("material.drag"), &["material.drag", "do not depend", "a load, a modulus"]);
+    refused(&along("material.drag.per-vertex"), &["do not depend", "a load, a modulus"]);
     refused(&along("material.thickness=0.1"), &["a key alone"]);
     refused(&["--along", "material.thickness", "--to", "0.1"], &["both 0.1"]);
     refused(&["--along", "material.thickness", "--to", "-1"], &["must be a number above 0"]);

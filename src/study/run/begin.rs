@@ -3,7 +3,6 @@
 use std::ffi::OsString;
 use std::fs;
 use std::path::Path;
-use std::time::{Duration, Instant};
 
 use super::slurm::{self, SlurmSettings};
 use super::{Pool, limit_of};
@@ -15,7 +14,6 @@ use crate::solve::SolveError;
 use crate::study::directory::{names, refuse, remove_run};
 use crate::study::gather::{MemberStatus, counts, gather, status};
 use crate::study::plan::Plan;
-use crate::study::sweep::write_tables;
 use crate::study::{Purpose, accuracy, compare, sweep};
 
 /// How members are run.
@@ -157,34 +155,15 @@ impl Runs<'_> {
             let (jobs, noun) = (jobs.min(count), if count == 1 { "member" } else { "members" });
             (self.happens)(&format!("{standing}running {count} {noun}, at most {jobs} at a time"));
         }
-        let (mut written, mut took, mut broken) = (Instant::now(), Duration::ZERO, None);
-        let mut happens = |text: String, ended: bool| {
-            // The tables of thousands of members take a while.
-            if ended && written.elapsed() >= TABLE_INTERVAL_FACTOR * took {
-                let began = Instant::now();
-                let outcome = write_tables(plan, &gather(plan, root), root);
-                // The first failure to write is the one to report, when all has ended.
-                broken = broken.take().or(outcome.err());
-                (written, took) = (Instant::now(), began.elapsed());
-            }
-            (self.happens)(&text);
-        };
-        let command = &self.member;
-        let mut pool = Pool { plan, root, command, jobs, happens: &mut happens };
+        let mut pool = Pool { plan, root, command: &self.member, jobs, happens: self.happens };
         pool.run(&members, interrupt)?;
-        match broken {
-            Some(error) => Err(error),
-            None if interrupt.requested() => {
-                let _ = self.show(plan, root);
-                Err(Error::Solve(SolveError::Interrupted))
-            }
-            None => self.show(plan, root),
+        if interrupt.requested() {
+            let _ = self.show(plan, root);
+            return Err(Error::Solve(SolveError::Interrupted));
         }
+        self.show(plan, root)
     }
 }
-
-/// Tables are written after so many times the time that it takes, at the earliest.
-const TABLE_INTERVAL_FACTOR: u32 = 20;
 
 /// Whether there is a sweep in `root`; refuses one that cannot be resumed.
 fn check(root: &Path, plan: &Plan, force: bool) -> Result<bool> {

@@ -28,8 +28,8 @@ pub struct Pool<'a> {
     pub command: &'a [OsString],
     /// Most members at once.
     pub jobs: usize,
-    /// Called with a line of text for everything that happens, and whether it is that a member has ended.
-    pub happens: &'a mut dyn FnMut(String, bool),
+    /// Called with a line of text for everything that happens.
+    pub happens: &'a dyn Fn(&str),
 }
 
 /// A member that runs.
@@ -95,7 +95,7 @@ impl Pool<'_> {
     }
 
     fn say(&mut self, member: usize, text: &str) {
-        (self.happens)(format!("{}: {text}", self.plan.name(member)), false);
+        (self.happens)(&format!("{}: {text}", self.plan.name(member)));
     }
 
     /// Reports the times that members have reached.
@@ -110,7 +110,7 @@ impl Pool<'_> {
         };
         let all: Vec<String> = progress.running.iter().map(time).collect();
         let [ended, of] = progress.ended;
-        (self.happens)(format!("[{ended}/{of}] {}", all.join("; ")), false);
+        (self.happens)(&format!("[{ended}/{of}] {}", all.join("; ")));
     }
 
     /// Notes which children have ended.
@@ -140,8 +140,7 @@ impl Pool<'_> {
         let [ended, of] = progress.ended;
         let (name, seconds) = (self.plan.name(one.member), one.since.elapsed().as_secs_f64());
         let first = reason.lines().next().unwrap_or_default();
-        let text = format!("[{ended}/{of}] {name}: {status} after {seconds:.1} s: {first}");
-        (self.happens)(text, true);
+        (self.happens)(&format!("[{ended}/{of}] {name}: {status} after {seconds:.1} s: {first}"));
     }
 
     fn start(&self, member: usize) -> Result<Running> {
