@@ -10,7 +10,7 @@ use rumple::kinetics::HostLaw;
 use rumple::num::checked::Positive;
 use rumple::output::Interrupt;
 use rumple::run::Error;
-use rumple::study::accuracy::{StudyOptions, Quantity, Study};
+use rumple::study::accuracy::{Quantity, Study, StudyOptions};
 use rumple::study::plan::{Axis, Plan, seed_axis};
 use rumple::study::run::{Runs, Settings};
 use rumple::study::{Purpose, compare as comparison, run};

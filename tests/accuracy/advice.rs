@@ -50,7 +50,7 @@ fn the_spread_of_seeds_is_what_an_error_is_compared_with() {
 
 #[test]
 fn bad_arguments_are_refused_before_anything_is_made() {
-    let cases: [(&[&str], &str); 13] = [
+    let cases: [(&[&str], &str); 15] = [
         (&["--want", "0"], "a share above 0"),
         (&["--tolerances", "1e-2,none"], "`none` is not a number between 0 and 1"),
         (&["--tolerances", "2"], "`2` is not a number between 0 and 1"),
@@ -59,6 +59,8 @@ fn bad_arguments_are_refused_before_anything_is_made() {
         (&["--integrator", "stagered"], "[--integrator:1:26]"),
         (&["--integrator", "explicit"], "an explicit integrator needs a rate"),
         (&["--of", "colour"], "possible values"),
+        (&["--over", "material.thickness=1,2"], "with --set KEY=VALUE"),
+        (&["--repeats", "3"], "the option is gone"),
         (&["--integrator", "explicit"], "[--integrator:1:17]"),
         (&["--reference", "explicit"], "[--reference:1:17]"),
         (&["--integrator", "bdf"], "write { kind = \"monolithic\", method = \"bdf\" }"),

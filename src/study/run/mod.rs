@@ -25,8 +25,8 @@ use crate::kinetics::PluginSearch;
 use crate::model::Evaluation;
 use crate::output::{Claim, Interrupt, Ledger, Progress, ResultDirectory};
 use crate::run::resume::{Resumed, resume};
-use crate::run::run::{self, Ending, Summary};
-use crate::run::{Checkpoint, Error, Observer, Result, Simulation, StepInfo, provenance};
+use crate::run::run::{self, Summary};
+use crate::run::{Error, Observer, Result, Simulation, StepInfo};
 
 /// Observer that writes what a study keeps of a member at every output time: its state where the study
 /// compares fields, a row of measures.
@@ -89,31 +89,22 @@ pub fn run(
     if plan.fingerprint(number, &mut BTreeMap::new())? != point.fingerprint {
         return Err(Error::Refused(plan.difference(number, root)?));
     }
-    let scene = plan.scene(number)?;
     let search = plan.search();
-    let earlier = continued(plan, &path, &search);
-    let directory = match &earlier {
-        Some((directory, _)) => directory.clone(),
-        None => ResultDirectory::prepare(&path, true)?,
-    };
+    let mut limit = TimeLimit::watch(point.limit, interrupt);
+    if let Some((directory, mut resumed)) = continued(plan, &path, &search) {
+        // Results up to the checkpoint are kept.
+        let mut record = MemberRecord::open(plan, &directory, resumed.checkpoint.frame_times())?;
+        let others: &mut [&mut dyn Observer] = &mut [&mut limit, &mut record];
+        return run::continued(&mut resumed, &directory, progress, interrupt, others).map(Some);
+    }
+    let scene = plan.scene(number)?;
+    let directory = ResultDirectory::prepare(&path, true)?;
     let summary = run::with_status(&directory, || {
-        let (mut simulation, from) = match earlier {
-            Some((_, Resumed { simulation, checkpoint, .. })) => (simulation, Some(checkpoint)),
-            None => (Simulation::new(&scene, &search)?, None),
-        };
-        if from.is_none() {
-            provenance::record(&scene, None, &simulation, &directory)?;
-        }
-        // Of one that is resumed, results up to the checkpoint are kept.
-        let kept = from.as_ref().map(Checkpoint::frame_times).unwrap_or_default();
-        let limit = TimeLimit::watch(point.limit, interrupt);
-        let mut record = MemberRecord::open(plan, &directory, kept)?;
-        let observers: &mut [&mut dyn Observer] = &mut [&mut record];
-        let observers = (from.as_ref(), observers);
-        let summary =
-            run::observed(&scene, &mut simulation, &directory, progress, interrupt, observers)?;
-        let interrupted = summary.ending == Ending::Interrupted;
-        limit.error(summary.time).filter(|_| interrupted).map_or(Ok(summary), Err)
+        let mut simulation = Simulation::new(&scene, &search)?;
+        let mut record = MemberRecord::open(plan, &directory, &[])?;
+        let others: &mut [&mut dyn Observer] = &mut [&mut limit, &mut record];
+        let from = (&scene, None);
+        run::recorded(from, &mut simulation, &directory, progress, interrupt, others)
     })?;
     Ok(Some(summary))
 }
@@ -133,7 +124,6 @@ fn continued(
     if resumed.checkpoint.frame_times().is_empty() {
         return None;
     }
-    directory.claim().begin().ok()?;
     Some((directory, resumed))
 }
 

@@ -4,9 +4,11 @@ use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use crate::model::Evaluation;
 use crate::num::Short;
 use crate::output::Interrupt;
-use crate::run::Error;
+use crate::run::run::Ending;
+use crate::run::{Error, Observer, Result, StepInfo};
 
 /// Part of the message of a run that exceeded its time limit.
 const LIMIT_MESSAGE: &str = "the time limit of ";
@@ -17,7 +19,7 @@ pub(super) fn limit_of(reason: &str) -> Option<u64> {
     limit.split_once(' ')?.0.parse().ok()
 }
 
-/// Interrupts a run that takes longer than its limit, until it is dropped.
+/// Ends a run that takes longer than its limit, with an error; a step that is under way is interrupted.
 pub(super) struct TimeLimit {
     began: Instant,
     limit: Option<u64>,
@@ -26,7 +28,7 @@ pub(super) struct TimeLimit {
 }
 
 impl TimeLimit {
-    /// Interrupts a run that takes longer than `limit`, s.
+    /// Watches a run that may take `limit`, s, until it is dropped.
     pub(super) fn watch(limit: Option<u64>, interrupt: Interrupt) -> Self {
         let (over, ended) = mpsc::channel::<()>();
         if let Some(limit) = limit {
@@ -39,11 +41,21 @@ impl TimeLimit {
         }
         Self { began: Instant::now(), limit, _over: over }
     }
+}
 
-    /// The error of a run that was interrupted at `time`, if its limit did that.
-    pub(super) fn error(&self, time: f64) -> Option<Error> {
-        let limit = self.limit.filter(|limit| self.began.elapsed().as_secs() >= *limit)?;
-        let time = Short(time);
-        Some(Error::Incomplete(format!("given up at t = {time}: {LIMIT_MESSAGE}{limit} s")))
+impl Observer for TimeLimit {
+    fn observe(&mut self, _: &mut Evaluation<'_>, _: &StepInfo<'_>) -> Result<()> {
+        Ok(())
+    }
+
+    fn stop(&mut self, at: &mut Evaluation<'_>) -> Result<Option<Ending>> {
+        match self.limit.filter(|limit| self.began.elapsed().as_secs() >= *limit) {
+            None => Ok(None),
+            Some(limit) => {
+                let time = Short(at.state().time);
+                let why = format!("given up at t = {time}: {LIMIT_MESSAGE}{limit} s");
+                Err(Error::Incomplete(why))
+            }
+        }
     }
 }
