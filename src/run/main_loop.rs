@@ -4,7 +4,6 @@
 use std::time::Instant;
 
 use super::checkpoint::{Checkpoint, Checkpoints, ResultsSoFar};
-use super::error::Failure;
 use super::invariants::Invariants;
 use super::observe::{Frames, LedgerRows, Observer, StopRules};
 use super::pattern::resolution_notes;
@@ -378,34 +377,8 @@ impl<'a> MainLoop<'a> {
         self.report_failure(error, None)
     }
 
-    /// Writes the failure report of a run that stopped with `error`, in the first relaxation of `start` if that is given; an
-    /// error of output, or of a start that is refused, is returned unchanged.
     fn report_failure(&mut self, error: Error, start: Option<&State>) -> Error {
-        if matches!(error, Error::Output(_) | Error::Solve(SolveError::Start { .. })) {
-            return error;
-        }
-        let simulation = &mut *self.simulation;
-        let error = super::located(error, simulation.sheet(), &simulation.stepper.state.x);
-        if simulation.sheet().reduction().ranks().is_some() {
-            // The cause may be known to another rank only.
-            return error;
-        }
-        let error = failure::diagnosed(self.scene, simulation, error);
-        // A first relaxation that failed leaves the shape where it stuck, which is inspected beside it.
-        if let Some(start) = start {
-            simulation.stepper.state.clone_from(start);
-        }
-        match failure::write(self.scene, simulation, self.directory, &error) {
-            // The first failure is the one to report.
-            Err(_) => error,
-            Ok((folder, vertex)) => Error::Stopped(Failure {
-                error: Box::new(error),
-                time: simulation.stepper.state.time,
-                step: simulation.stepper.state.step,
-                vertex,
-                folder,
-            }),
-        }
+        failure::report((self.scene, self.directory), self.simulation, error, start)
     }
 
     /// The summary of a run that has ended.

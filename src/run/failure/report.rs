@@ -16,7 +16,7 @@ use crate::scene::Scene;
 use crate::solve::rejections::Rejection;
 
 /// The text: of `error`, whom `blame` names, in a directory; with the path of the state, if it was written.
-pub(super) fn report(
+pub(super) fn text(
     scene: &Scene,
     simulation: &mut Simulation,
     error: &Error,
