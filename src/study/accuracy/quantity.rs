@@ -43,10 +43,6 @@ impl Quantity {
 
     /// The distances of fields, which have no meaning after the references have diverged.
     pub const FIELDS: [Self; 2] = [Self::Species, Self::Shape];
-    /// The measures, which can be compared on any branch.
-    pub const MEASURES: [Self; 5] =
-        [Self::Energy, Self::Amplitude, Self::Spots, Self::Separation, Self::Buckling];
-
     /// The quantity that a command calls `name`.
     ///
     /// # Errors
