@@ -43,6 +43,7 @@ impl Quantity {
 
     /// The distances of fields, which have no meaning after the references have diverged.
     pub const FIELDS: [Self; 2] = [Self::Species, Self::Shape];
+
     /// The quantity that a command calls `name`.
     ///
     /// # Errors
