@@ -142,7 +142,7 @@ def sweep(
     """Runs a scene over values of its keys."""
 
 def accuracy(
-    scene: Scene, over: Optional[dict[str, Any]], level: Optional[float], asked: Any, how: Any
+    scene: Scene, level: Optional[float], asked: Any, how: Any
 ) -> str:
     """Runs a scene by several integrators and tolerances against references; the advice."""
 

@@ -144,13 +144,11 @@ def accuracy(
     *,
     integrators: Sequence[str] = (),
     tolerances: Sequence[float] | None = None,
-    over: Mapping[str, Any] | None = None,
     want: float = 0.01,
     of: str | None = None,
     references: Sequence[str] = (),
     seeds: int = 2,
     limit: int = 300,
-    repeats: int = 3,
     level: float | None = None,
     out: str | os.PathLike[str] | None = None,
     jobs: int = 1,
@@ -173,7 +171,6 @@ def accuracy(
         references=list(references),
         seeds=seeds,
         limit=limit,
-        repeats=repeats,
         want=want,
         of=of,
     )
@@ -185,8 +182,7 @@ def accuracy(
         "law": law,
         "plugins": plugins,
     }
-    over = None if over is None else dict(over)
-    study = lambda scene, how: _rumple.accuracy(scene, over, level, asked, how)
+    study = lambda scene, how: _rumple.accuracy(scene, level, asked, how)
     table, advice = _table("accuracy.csv", scene, out, settings, progress, study)
     table.attrs["advice"] = advice
     return table

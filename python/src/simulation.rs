@@ -63,7 +63,7 @@ impl Simulation {
         let made = pending.call(py, &mut false, move || {
             let mut engine = rumple::Simulation::new(&checked, &search)?;
             engine.set_control(control);
-            let (schedule, rules) = (OutputSchedule::of(&checked), StopRules::of(&checked));
+            let (schedule, rules) = (OutputSchedule::new(&checked), StopRules::new(&checked));
             let until = checked.time.span.until.get();
             let latest = StepReport::default();
             Ok(Course { engine, schedule, rules, until, prepared: false, latest, changed: false })

@@ -10,7 +10,7 @@ use rumple::kinetics::HostLaw;
 use rumple::num::checked::Positive;
 use rumple::output::Interrupt;
 use rumple::run::Error;
-use rumple::study::accuracy::{Options, Quantity, Study};
+use rumple::study::accuracy::{Quantity, Study, StudyOptions};
 use rumple::study::plan::{Axis, Plan, seed_axis};
 use rumple::study::run::{Runs, Settings};
 use rumple::study::{Purpose, compare as comparison, run};
@@ -146,19 +146,18 @@ pub(crate) struct Asked {
     references: Vec<String>,
     seeds: u16,
     limit: u64,
-    repeats: u16,
     want: f64,
     of: Option<String>,
 }
 
 impl Asked {
-    fn options(&self) -> rumple::Result<Options> {
-        counted(&[("limit", self.limit), ("repeats", self.repeats.into())])?;
+    fn options(&self) -> rumple::Result<StudyOptions> {
+        counted(&[("limit", self.limit)])?;
         if !(self.want > 0.0 && self.want.is_finite()) {
             let text = format!("want is {}, expected a share above 0, as 0.01", self.want);
             return Err(Error::Refused(text));
         }
-        let usual = Options::default();
+        let usual = StudyOptions::default();
         let numbers = |name: &str, values: &[f64]| -> rumple::Result<Vec<Positive>> {
             let number = |value: &f64| {
                 Positive::new(*value).filter(|value| value.get() < 1.0).ok_or_else(|| {
@@ -168,7 +167,7 @@ impl Asked {
             values.iter().map(number).collect()
         };
         let tolerances = self.tolerances.as_deref().map(|all| numbers("tolerances", all));
-        Ok(Options {
+        Ok(StudyOptions {
             integrators: self.integrators.clone(),
             tolerances: tolerances.unwrap_or(Ok(usual.tolerances))?,
             references: self.references.clone(),
@@ -182,24 +181,21 @@ impl Asked {
 
 /// Runs a scene by several integrators and tolerances against references; the advice.
 #[pyfunction]
-#[pyo3(signature = (scene, over, level, asked, how))]
+#[pyo3(signature = (scene, level, asked, how))]
 pub(crate) fn accuracy(
     py: Python<'_>,
     scene: &Scene,
-    over: Option<&Bound<'_, PyDict>>,
     level: Option<f64>,
     asked: Asked,
     how: How,
 ) -> PyResult<String> {
-    let over = overrides::axes(over)?;
     let (pending, interrupt) = (Pending::default(), Interrupt::of_one_run());
     let law = scene.host_law(None, &pending.law);
     pending.attend(py, (interrupt, 0), || {
         let (file, set) = (scene.file()?, &scene.set);
-        let (others, options) = (axes(&over)?, asked.options()?);
         let search = Plugins::search(how.plugins.as_ref()).with_law(law.clone());
-        let (study, mut plan) = Study::plan(file, set, others, &search, &options)?;
-        (plan.level, plan.repeats) = (level, asked.repeats);
+        let (study, mut plan) = Study::plan(file, set, &search, &asked.options()?)?;
+        plan.level = level;
         how.give(&mut plan, law.clone())?;
         let said = how.on(Purpose::Accuracy(study), plan, (interrupt, &pending.signal))?;
         Ok(said.into_iter().next().unwrap_or_default())

@@ -124,7 +124,6 @@ def test_accuracy_has_errors_and_advice():
         tolerances=[1e-2, 1e-4],
         references=['{ kind = "staggered" }'],
         seeds=0,
-        repeats=1,
         limit=60,
         want=0.05,
         of="species",
@@ -182,7 +181,7 @@ def test_studies_of_a_law_in_python(tmp_path):
     compared = rumple.compare(scene, integrators=["staggered", "monolithic"])
     assert compared["member"].nunique() == 2 and compared["shape distance"].max() < 0.05
     errors = rumple.accuracy(
-        scene, integrators=["staggered"], tolerances=[1e-2], seeds=0, repeats=1, of="species"
+        scene, integrators=["staggered"], tolerances=[1e-2], seeds=0, of="species"
     )
     assert set(errors["status"]) == {"complete"} and errors["error of the species"][0] > 0
 

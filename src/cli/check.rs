@@ -175,8 +175,8 @@ fn add_law(found: &mut Findings, scene: &Scene, simulation: &Simulation) {
     for signal in chemistry.signals().wanted() {
         found.each("signal", format!("{} [{}]", signal.name(), signal.unit()), signal.name());
     }
-    for line in explain::boundary(scene, simulation) {
-        found.each("boundary", &line.what, line.what.as_str());
+    for (what, _) in explain::boundary(scene, simulation) {
+        found.each("boundary", &what, what.as_str());
     }
     if chemistry.location() == Location::Face && !chemistry.transports().is_empty() {
         let text = "the Green-Gauss scheme barely damps half of the face modes and does not converge on irregular \

@@ -11,7 +11,7 @@ use crate::study::{Purpose, compare};
 /// Arguments of `compare`.
 #[derive(Debug, Args)]
 #[command(after_help = HELP)]
-#[command(mut_arg("jobs", |jobs| jobs.help("Runs at once, 1 by default. Never more than fit into memory.")))]
+#[command(mut_arg("jobs", |jobs| jobs.help("Runs at once, 1 by default.")))]
 pub(super) struct CompareArgs {
     #[command(flatten)]
     scene: SceneArgs,

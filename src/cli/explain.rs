@@ -22,8 +22,8 @@ pub(super) fn run(args: &ExplainArgs) -> Result<()> {
         return Ok(());
     }
     let (scene, search) = args.scene.load()?;
-    let mut simulation = Simulation::new(&scene, &search)?;
-    let explanation = Explanation::of(&scene, &mut simulation)?;
+    let simulation = Simulation::new(&scene, &search)?;
+    let explanation = Explanation::new(&scene, &simulation);
     show(args.json, &explanation);
     Ok(())
 }

@@ -72,7 +72,7 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
         false => None,
     };
     let stability = match args.stability {
-        true => Some(StabilityReport::of(&mut simulation, args.modes.into())?),
+        true => Some(StabilityReport::new(&mut simulation, args.modes.into())?),
         false => None,
     };
     let shown = [&json, &vtu].contains(&&Some(ResultFile::StandardOutput));

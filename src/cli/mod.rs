@@ -36,7 +36,7 @@ mod view;
 use std::io::IsTerminal;
 use std::process::ExitCode;
 
-use clap::{ColorChoice, CommandFactory, Parser, Subcommand};
+use clap::{Arg, ColorChoice, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::Error;
 use crate::output::interrupt;
@@ -102,7 +102,7 @@ enum Command {
 /// signal that ended a run, 1 anything else.
 #[must_use]
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = parsed();
     let result = user::apply_defaults().and_then(|()| run_command(&cli.command));
     let (code, text) = match result {
         Ok(()) => (0, String::new()),
@@ -155,6 +155,26 @@ fn colours(choice: ColorChoice) -> bool {
             std::io::stderr().is_terminal() && !plain
         }
     }
+}
+
+/// Options of earlier versions: the command, the option, and what to write instead.
+const RETIRED_OPTIONS: [(&str, &str, &str); 5] = [
+    ("sweep", "memory", "give fewer --jobs"),
+    ("compare", "memory", "give fewer --jobs"),
+    ("accuracy", "memory", "give fewer --jobs"),
+    ("accuracy", "repeats", "the processor time of one run is taken"),
+    ("accuracy", "over", "make a study for each value, with --set KEY=VALUE"),
+];
+
+/// The command line; retired options are refused with what to write instead.
+fn parsed() -> Cli {
+    let mut command = Cli::command();
+    for (name, option, instead) in RETIRED_OPTIONS {
+        let refuse = move |_: &str| Err::<String, _>(format!("the option is gone: {instead}"));
+        let retired = Arg::new(option).long(option).hide(true).value_parser(refuse);
+        command = command.mut_subcommand(name, |command| command.arg(retired));
+    }
+    Cli::from_arg_matches(&command.get_matches()).unwrap_or_else(|error| error.exit())
 }
 
 fn exit_code(error: &Error) -> u8 {

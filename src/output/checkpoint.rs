@@ -22,7 +22,7 @@ use super::{OutputError, ResultDirectory, atomic};
 
 /// Version of the format, and the program that writes it: another one computes other bits.
 const WRITER: &str =
-    concat!("rumple checkpoint 6, by rumple ", env!("CARGO_PKG_VERSION"), ", little-endian");
+    concat!("rumple checkpoint 7, by rumple ", env!("CARGO_PKG_VERSION"), ", little-endian");
 const HEADER: usize = 64;
 const HASH: usize = 32;
 
@@ -55,7 +55,7 @@ impl CheckpointFiles {
     ///
     /// # Errors
     /// [`OutputError::Read`] from the operating system.
-    pub fn of(directory: &ResultDirectory, keep: usize) -> Result<Self, OutputError> {
+    pub fn open(directory: &ResultDirectory, keep: usize) -> Result<Self, OutputError> {
         let last = directory.checkpoints_found()?.pop();
         let next = last.map_or(0, |(number, _)| number + 1);
         Ok(Self { directory: directory.clone(), keep, next })

@@ -41,14 +41,16 @@ impl ResultDirectory {
     /// Name of the provenance.
     pub const PROVENANCE: &'static str = "provenance.json";
     const COSTS: &'static str = "costs.json";
-    /// What earlier versions left of a run that failed.
-    const FAILED: &'static str = "failed.vtu";
+    /// Name of the folder of a run that failed.
+    pub const FAILURE: &'static str = "failure";
+    /// In it why the run failed …
+    pub const FAILURE_REPORT: &'static str = "report.md";
+    /// … and the last good state.
+    pub const LAST_GOOD_STATE: &'static str = "state.vtu";
     /// Name of the measures of a member of a sweep.
     pub const MEASURES: &'static str = "measures.csv";
     /// Name of the states of a member at its output times.
     pub const STATES: &'static str = "states.bin";
-    /// Name of what says how long the steps of a member take.
-    pub const TIMING: &'static str = "timing.json";
 
     /// The directory of a run for which none was named: the scene's stem and the time in UTC, as
     /// `spots-20261121-123456` in the working directory.
@@ -104,17 +106,30 @@ impl ResultDirectory {
     /// # Errors
     /// [`OutputError::Read`] and [`OutputError::Write`] from the operating system.
     pub fn cut_back(&self, frames: usize, modes: usize) -> Result<(), OutputError> {
-        self.forget_failure()?;
-        let mut later =
-            vec![self.root.join(Self::FAILED), self.costs(), self.root.join(Self::REPORT)];
+        let mut later = vec![self.costs(), self.root.join(Self::REPORT)];
         for (folder, stem, count) in
             [(self.frames(), "frame_", frames), (self.modes(), "mode_", modes)]
         {
-            let found = if folder.is_dir() { names(&folder)? } else { Vec::new() };
-            let old = found.iter().filter(|n| number_of(n, stem).is_some_and(|k| k >= count));
-            later.extend(old.map(|name| folder.join(name)));
+            later.extend(numbered(&folder, stem, count)?);
         }
-        remove_all(later)
+        remove_all(later)?;
+        self.forget_failure()
+    }
+
+    /// Removes the folder of a run that failed; with anything else in it, it stays.
+    ///
+    /// # Errors
+    /// [`OutputError::Write`] from the operating system.
+    pub fn forget_failure(&self) -> Result<(), OutputError> {
+        let folder = self.root.join(Self::FAILURE);
+        // Nothing is removed through a link.
+        if fs::symlink_metadata(&folder).is_ok_and(|found| found.is_dir()) {
+            // The last one is of earlier versions.
+            let files = [Self::FAILURE_REPORT, Self::LAST_GOOD_STATE, "ledger.csv"];
+            remove_all(files.map(|name| folder.join(name)).to_vec())?;
+            let _ = fs::remove_dir(folder);
+        }
+        Ok(())
     }
 
     /// Numbers and paths of all checkpoints, ascending.
@@ -151,10 +166,7 @@ impl ResultDirectory {
             (self.checkpoints(), "checkpoint_"),
         ];
         for (folder, stem) in &folders {
-            if folder.is_dir() {
-                let old = names(folder)?;
-                ours.extend(old.iter().filter(|n| is_numbered(n, stem)).map(|n| folder.join(n)));
-            }
+            ours.extend(numbered(folder, stem, 0)?);
         }
         remove_all(ours)?;
         self.forget_failure()?;
@@ -323,7 +335,7 @@ fn check_folders(root: &Path) -> Result<(), OutputError> {
 }
 
 /// Removes files, whether they are there or not.
-pub(super) fn remove_all(files: Vec<PathBuf>) -> Result<(), OutputError> {
+fn remove_all(files: Vec<PathBuf>) -> Result<(), OutputError> {
     for path in files {
         match fs::remove_file(&path) {
             Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
@@ -369,7 +381,7 @@ fn is_root_file(name: &str) -> bool {
         ResultDirectory::PLOTS,
         ResultDirectory::RESOLVED,
         ResultDirectory::PROVENANCE,
-        ResultDirectory::FAILED,
+        "failed.vtu",
         ResultDirectory::COSTS,
         ResultDirectory::REPORT,
         ResultDirectory::MACRO,
@@ -379,18 +391,20 @@ fn is_root_file(name: &str) -> bool {
         "branch.png",
         "shown.vtu",
         ResultDirectory::STATES,
-        ResultDirectory::TIMING,
+        "timing.json",
         Claim::STATUS,
     ]
     .contains(&finished(name))
 }
 
-/// Whether `name` is `STEM` with a number as frames, modes and checkpoints have them.
-fn is_numbered(name: &str, stem: &str) -> bool {
-    number_of(name, stem).is_some()
+/// Paths of the files in `folder` whose names are `stem` with a number from `first` on, finished or not.
+fn numbered(folder: &Path, stem: &str, first: usize) -> Result<Vec<PathBuf>, OutputError> {
+    let found = if folder.is_dir() { names(folder)? } else { Vec::new() };
+    let later = found.iter().filter(|name| number_of(name, stem).is_some_and(|k| k >= first));
+    Ok(later.map(|name| folder.join(name)).collect())
 }
 
-/// That number.
+/// The number of a file as frames, modes and checkpoints have them.
 fn number_of(name: &str, stem: &str) -> Option<usize> {
     let rest = finished(name).strip_prefix(stem)?;
     let number = [".vtu", ".vtk", ".bin"].iter().find_map(|ending| rest.strip_suffix(ending))?;

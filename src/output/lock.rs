@@ -209,6 +209,8 @@ pub struct Standing {
     pub start: Option<Work>,
     /// Processor time of that work, s.
     pub cpu_seconds: Option<f64>,
+    /// Of that the start, s.
+    pub start_seconds: Option<f64>,
     /// Largest resident memory of the process, bytes.
     pub peak_resident_bytes: Option<u64>,
     /// Whether its sheet passes through itself.
@@ -222,7 +224,7 @@ pub struct Standing {
 impl Standing {
     /// Of the run in the directory `root`; none where no run has begun.
     #[must_use]
-    pub fn of(root: &Path) -> Option<Self> {
+    pub fn read(root: &Path) -> Option<Self> {
         let text = fs::read_to_string(root.join(Claim::STATUS)).ok()?;
         let mut about: Value = serde_json::from_str(&text).ok()?;
         let known =
@@ -237,6 +239,7 @@ impl Standing {
             work: from_value(about["work"].take()).ok(),
             start: from_value(about["start"]["work"].take()).ok(),
             cpu_seconds: about["cpu_seconds"].as_f64(),
+            start_seconds: about["start"]["cpu_seconds"].as_f64(),
             peak_resident_bytes: about["peak_resident_bytes"].as_u64(),
             in_use,
             notes: from_value(about["notes"].take()).unwrap_or_default(),

@@ -26,7 +26,7 @@ impl FileRecord {
     ///
     /// # Errors
     /// [`OutputError::Read`] if it cannot be read.
-    pub fn of(path: &Path) -> Result<Self, OutputError> {
+    pub fn new(path: &Path) -> Result<Self, OutputError> {
         let hash = hash_of(path)?;
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         Ok(Self { path, sha256: hexadecimal(&hash) })
@@ -75,7 +75,7 @@ pub struct MeshRecord {
 impl MeshRecord {
     /// Hashes a mesh.
     #[must_use]
-    pub fn of(
+    pub fn new(
         positions: impl Iterator<Item = Vec3>,
         triangles: impl Iterator<Item = [u32; 3]>,
     ) -> Self {

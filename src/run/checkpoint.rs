@@ -22,7 +22,6 @@ use serde::{Deserialize, Serialize};
 
 use super::fingerprint::Fingerprint;
 use super::invariants;
-use super::processor::Processor;
 use super::ranks::{RankPart, Share};
 use super::{Error, Result, Simulation};
 use crate::model::State;
@@ -61,11 +60,11 @@ pub(super) struct ResultsSoFar {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct SolverMemory {
     stepper: stepper::Memory,
-    invariants: Option<invariants::Memory>,
+    invariants: Option<Vec<invariants::Seen>>,
 }
 
 impl SolverMemory {
-    pub(super) fn of(simulation: &Simulation) -> Self {
+    pub(super) fn new(simulation: &Simulation) -> Self {
         Self {
             stepper: simulation.stepper.memory(),
             invariants: simulation.invariants.as_ref().map(invariants::Invariants::memory),
@@ -106,7 +105,7 @@ impl Checkpoint {
     /// A file of the scene that cannot be read any more.
     pub fn of(scene: &Scene, simulation: &mut Simulation) -> Result<Self> {
         simulation.stepper.integrator.renew();
-        Ok(Self::with(Fingerprint::of(scene, simulation)?, simulation, ResultsSoFar::default()))
+        Ok(Self::with(Fingerprint::new(scene, simulation)?, simulation, ResultsSoFar::default()))
     }
 
     fn with(fingerprint: Fingerprint, simulation: &Simulation, results: ResultsSoFar) -> Self {
@@ -115,7 +114,7 @@ impl Checkpoint {
             results,
             spent: simulation.spent(),
             state: simulation.stepper.state.clone(),
-            solvers: SolverMemory::of(simulation),
+            solvers: SolverMemory::new(simulation),
             share: simulation.rank_part.as_ref().map(RankPart::share),
         }
     }
@@ -125,7 +124,7 @@ impl Checkpoint {
     /// # Errors
     /// [`Error::Refused`] if they are made from something else, with what.
     pub fn take_up(&self, scene: &Scene, simulation: &mut Simulation) -> Result<()> {
-        self.fingerprint.check(&Fingerprint::of(scene, simulation)?)?;
+        self.fingerprint.check(&Fingerprint::new(scene, simulation)?)?;
         let other = |Malformed| Error::Refused("the checkpoint does not fit its scene".to_owned());
         self.restore(simulation).map_err(other)
     }
@@ -193,7 +192,6 @@ impl Checkpoint {
     pub(super) fn continue_from(&self, state: State, simulation: &mut Simulation) {
         simulation.stepper.state = state;
         simulation.spent = self.spent;
-        simulation.processor = Processor::default();
     }
 }
 
@@ -227,7 +225,7 @@ struct Held {
 
 impl Checkpoints {
     /// Of a run of `scene` into `directory`, from where `simulation` is.
-    pub(super) fn of(
+    pub(super) fn open(
         scene: &Scene,
         simulation: &Simulation,
         directory: &ResultDirectory,
@@ -238,8 +236,8 @@ impl Checkpoints {
         let now = Instant::now();
         let wall = Duration::from_secs_f64(wall.get().min(1e9));
         let mut made = Self {
-            files: CheckpointFiles::of(directory, keep.get())?,
-            fingerprint: Fingerprint::of(scene, simulation)?,
+            files: CheckpointFiles::open(directory, keep.get())?,
+            fingerprint: Fingerprint::new(scene, simulation)?,
             began: now,
             every: every.map(f64::from),
             next: 1,

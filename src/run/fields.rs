@@ -154,11 +154,6 @@ impl Fields {
         &self.names
     }
 
-    /// What the observables read that are asked for.
-    pub(super) fn observed(&self) -> Option<&Signals> {
-        self.observed.as_ref()
-    }
-
     /// Adds the species that are listed: on the vertices, and on the faces where they live there.
     fn add_species<'a>(
         &self,

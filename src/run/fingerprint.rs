@@ -31,7 +31,7 @@ impl Fingerprint {
     ///
     /// # Errors
     /// A file that cannot be read any more.
-    pub(super) fn of(scene: &Scene, simulation: &Simulation) -> Result<Self> {
+    pub(super) fn new(scene: &Scene, simulation: &Simulation) -> Result<Self> {
         let mut files = Vec::new();
         let plugins = simulation.plugins().iter().map(|path| ("the plugin".to_owned(), &**path));
         // The mesh has a hash of its own, and the start is over.
@@ -42,7 +42,7 @@ impl Fingerprint {
         };
         let fields = scene.files().into_iter().filter(|(key, _)| stay(key));
         for (what, path) in plugins.chain(fields) {
-            let FileRecord { path, sha256 } = FileRecord::of(path)?;
+            let FileRecord { path, sha256 } = FileRecord::new(path)?;
             files.push([what, path.to_string_lossy().into_owned(), sha256]);
         }
         if let Some([name, digest]) = &simulation.host_law {

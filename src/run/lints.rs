@@ -1,15 +1,13 @@
-//! What a scene is allowed to say and its author may not have meant: reported before a run, and what
-//! its first relaxation shows.
+//! What a scene is allowed to say and would make results other than its author means: reported before a run.
 
 use std::sync::Arc;
 
 use super::{Result, Simulation};
 use crate::Stepper;
-use crate::Vec3;
 use crate::effects::MaterialField;
-use crate::geometry::{aligned, face_areas};
+use crate::geometry::face_areas;
 use crate::kinetics::Kinetics;
-use crate::model::{Chemistry, Drag, Mechanics, Model, Policy, Potential, State};
+use crate::model::{Chemistry, Drag, Model, Policy, Potential, State};
 use crate::num::Short;
 use crate::scene::{Scene, SheetSource};
 use crate::sheet::Sheet;
@@ -29,12 +27,6 @@ const DISC_RADIUS_FACTOR: f64 = 1.02;
 /// bits.
 const ROUND_OFF: f64 = 1e-9;
 
-/// The share of a start shape below which it has been relaxed away.
-const REMAINING_SHARE: f64 = 0.05;
-
-/// Most times at which a load is looked for.
-const MAX_LOAD_TIMES: usize = 1024;
-
 /// Inspects the scene and its sheet.
 pub(super) fn on_scene(
     scene: &Scene,
@@ -43,19 +35,6 @@ pub(super) fn on_scene(
     notes: &mut Vec<String>,
 ) {
     let names: Vec<String> = scene.effects.iter().map(|effect| effect.name()).collect();
-    for (number, name) in names.iter().enumerate().filter(|(k, name)| !names[..*k].contains(name)) {
-        let again = names[number + 1..].iter().position(|other| other == name);
-        let Some(second) = again.map(|k| number + 1 + k) else { continue };
-        let sum = match name.as_str() {
-            "stretching" | "bending" => "the energies add up",
-            "pressure" => "the pressures add up",
-            name if name.starts_with("diffusion") => "the coefficients add up",
-            _ => continue,
-        };
-        notes.push(format!(
-            "the scene lists {name} more than once (effect[{number}] and effect[{second}]): {sum}"
-        ));
-    }
     on_adhesion(scene, &names, notes);
     if scene.time.span.stabilisation.is_some() && scene.time.policy != Policy::QuasiStatic {
         notes.push(format!(
@@ -127,46 +106,12 @@ pub(super) fn on_drag(scene: &Scene, drag: &Drag, notes: &mut Vec<String>) {
     }
 }
 
-/// Times at which loads of `scene` that ever act do: within every step of what its effects make of the time.
-fn load_times(scene: &Scene, sheet: &Sheet) -> Vec<f64> {
-    let until = scene.time.span.until.get();
-    let known = scene.effects.iter().map(|effect| effect.time_dependence(sheet, until));
-    let within = known.flat_map(|known| {
-        let within = known.within_steps(until, MAX_LOAD_TIMES);
-        within.into_iter().chain(known.breakpoints)
-    });
-    // A ramp may begin at 0.
-    within.chain([0.0, 0.31, 0.62, 1.0].map(|share| share * until)).collect()
-}
-
-/// Inspects the pins and the loads on a sheet at rest.
+/// Inspects the loads on a sheet at rest, which the tolerance has to feel.
 pub(super) fn on_loads(
-    scene: &Scene,
     potential: &mut Potential,
     tolerance: ForceTolerance,
     notes: &mut Vec<String>,
 ) {
-    let mechanics = Arc::clone(potential.mechanics());
-    on_pins(&mechanics, notes);
-    let names: Vec<&str> = mechanics.names().collect();
-    let loads = mechanics.applied_forces();
-    let rest = mechanics.sheet().rest();
-    let listed = || loads.iter().enumerate().filter(|(_, load)| **load > 0.0);
-    let times = listed().next().map_or_else(Vec::new, |_| load_times(scene, mechanics.sheet()));
-    for (which, _) in listed() {
-        // A ramp may begin at 0, and be a pulse.
-        let felt = times.iter().any(|time| {
-            potential.set_conditions(None, *time);
-            let force = potential.force_of(which, rest);
-            let mut all = force.iter().zip(mechanics.pins());
-            all.any(|(f, fixed)| (0..3).any(|a| f[a] != 0.0 && !fixed[a]))
-        });
-        potential.set_conditions(None, 0.0);
-        if !felt {
-            let name = names[which];
-            notes.push(format!("the effect {name} acts only on fixed vertices and moves nothing"));
-        }
-    }
     let (load, number) = (largest_load(potential), tolerance.on(potential));
     let felt = load == 0.0 || load >= FELT_LOAD_RATIO * number;
     let consequence = match tolerance {
@@ -215,13 +160,6 @@ pub(super) fn on_stability(scene: &Scene, workspace: &Workspace, notes: &mut Vec
     }
 }
 
-/// Inspects what pins leave free.
-fn on_pins(mechanics: &Mechanics, notes: &mut Vec<String>) {
-    if mechanics.all_pinned() && !mechanics.has_prescribed() {
-        notes.push("pins fix every vertex along every axis: the shape does not move".into());
-    }
-}
-
 /// Inspects a rest shape that is read from a file: where bending is at rest in another, as in the plane, it is under
 /// stress from the start.
 pub(super) fn on_rest_shape(scene: &Scene, potential: &mut Potential, notes: &mut Vec<String>) {
@@ -256,39 +194,4 @@ pub(super) fn on_explicit_step(
     let Stepper { workspace, state, .. } = &mut simulation.stepper;
     let limit = diagnosis::explicit_limit(workspace, state)?.filter(|limit| step > *limit);
     Ok(limit.map(|limit| format!("warning: {}", diagnosis::explicit_limit_message(step, limit))))
-}
-
-/// Inspects what the first relaxation left of the shape that a scene starts from.
-///
-/// What is asked for are displacements along a direction at every vertex; what is left is the root
-/// mean square of the displacements along these directions, whatever form they now have.
-pub(super) fn on_start(
-    scene: &Scene,
-    sheet: &Sheet,
-    start: &[Vec3],
-    relaxed: &[Vec3],
-) -> Option<String> {
-    let what = match (&scene.sheet.bump, &scene.sheet.imperfection) {
-        (Some(_), Some(_)) => "sheet.bump and sheet.imperfection have",
-        (Some(_), None) => "sheet.bump has",
-        (None, Some(_)) => "sheet.imperfection has",
-        (None, None) => return None,
-    };
-    let (mut asked, mut left) = (0.0, 0.0);
-    for ((rest, start), x) in sheet.rest().iter().zip(start).zip(aligned(relaxed, sheet.rest())) {
-        let displacement = start - rest;
-        if let Some(direction) = displacement.try_normalize(0.0) {
-            asked += displacement.norm_squared();
-            left += (x - rest).dot(&direction).powi(2);
-        }
-    }
-    let share = (left / asked).sqrt();
-    (share < REMAINING_SHARE).then(|| {
-        format!(
-            "{what} relaxed away: {:.1} % is left in the first equilibrium. The initial shape is \
-             not a rest shape and does not select what grows later; [stability] with perturb \
-             leaves the saddles that growth creates",
-            100.0 * share
-        )
-    })
 }

@@ -5,7 +5,6 @@
 //! the end of the scene and shows every accepted state to [`Observer`]s: frames, ledger, stop rules.
 //! [`inspect`] and [`stability`] inspect one state without running.
 
-mod binding;
 mod checkpoint;
 mod costs;
 mod error;
@@ -14,7 +13,6 @@ mod failure;
 mod fields;
 mod fingerprint;
 pub mod follow;
-mod incidents;
 mod initial_state;
 pub mod inspect;
 mod internal_variables;
@@ -22,24 +20,22 @@ mod invariants;
 pub mod laws;
 pub(crate) mod ledger_row;
 mod lints;
+mod main_loop;
 mod mesh;
 mod observe;
 pub mod overview;
 pub mod pattern;
 mod planar;
-mod prepare;
-mod processor;
+mod process;
 pub mod provenance;
 pub mod ranks;
-mod recorder;
 pub mod resume;
 #[allow(clippy::module_inception)]
 pub mod run;
 mod scale_checks;
 pub mod schedule;
 mod self_intersection;
-mod session;
-mod setup_cost;
+mod setup;
 mod simulation;
 pub mod stability;
 mod stability_monitor;
@@ -49,15 +45,14 @@ mod typical_magnitudes;
 mod warnings;
 
 pub use checkpoint::Checkpoint;
-pub use costs::{Costs, peak_resident};
+pub use costs::Costs;
 pub use error::{Error, Result};
 pub use explain::Explanation;
 pub use fields::Fields;
 pub use invariants::BrokenInvariant;
 pub use ledger_row::StepInfo;
 pub use observe::{Observer, StopRules};
-pub use prepare::material;
-pub(crate) use processor::processor_time;
+pub use setup::material;
 pub use simulation::Simulation;
 pub use summary::{Ending, Summary};
 

@@ -1,5 +1,6 @@
 //! Who sees every accepted state of a run: frames, ledger, rules that stop it.
 
+use super::checkpoint::ResultsSoFar;
 use super::fields::Fields;
 use super::ranks::{self, Piece};
 use super::summary::Ending;
@@ -34,24 +35,20 @@ pub(super) struct LedgerRows {
 }
 
 impl LedgerRows {
-    pub(super) fn create(directory: &ResultDirectory, columns: &[String]) -> Result<Self> {
-        let ledger = Some(Ledger::create(&directory.ledger(), columns)?);
-        Ok(Self { ledger, shape: ledger_row::ShapeSums::default() })
-    }
-
-    /// After the row of this step; later ones are dropped.
-    pub(super) fn reopen(
+    /// Opens the ledger, after the row of the step `after` if one is given; a rank that is not the `first` leaves it to that
+    /// to write rows, and has its share in making them.
+    pub(super) fn open(
         directory: &ResultDirectory,
         columns: &[String],
-        step: u64,
+        after: Option<u64>,
+        first: bool,
     ) -> Result<Self> {
-        let ledger = Some(Ledger::reopen(&directory.ledger(), columns, step)?);
+        let ledger = match after {
+            _ if !first => None,
+            None => Some(Ledger::create(&directory.ledger(), columns)?),
+            Some(step) => Some(Ledger::reopen(&directory.ledger(), columns, step)?),
+        };
         Ok(Self { ledger, shape: ledger_row::ShapeSums::default() })
-    }
-
-    /// On a rank that leaves it to the first one to write rows, and has its share in making them.
-    pub(super) fn without_output() -> Self {
-        Self { ledger: None, shape: ledger_row::ShapeSums::default() }
     }
 }
 
@@ -75,12 +72,13 @@ pub(super) struct Frames {
 }
 
 impl Frames {
-    /// None for a well-mixed system: the solution is then the ledger.
-    pub(super) fn create(
-        directory: &ResultDirectory,
+    /// Opens the series, after the frames of `results` if there are some, which are searched for by the `first` rank. None
+    /// for a well-mixed system: the solution is then the ledger.
+    pub(super) fn open(
+        (directory, output): (&ResultDirectory, &OutputSpec),
         model: &Model,
         fields: &Fields,
-        output: &OutputSpec,
+        (results, first): (Option<&ResultsSoFar>, bool),
     ) -> Result<Option<Self>> {
         if model.sheet().triangles().is_empty() {
             return Ok(None);
@@ -91,17 +89,13 @@ impl Frames {
         {
             series = series.in_pieces(ranks::piece_folders(of.communicator.size()));
         }
-        Ok(Some(Self { fields: fields.clone(), series }))
-    }
-
-    /// Continues after those at `times` with `digests`; later ones are dropped.
-    /// Continues after frames of these times; those that other ranks had are not searched for.
-    pub(super) fn after(self, times: &[f64], digests: &[u64], looked_for: bool) -> Result<Self> {
-        if !looked_for {
-            let series = self.series.after_those_of_others(times.to_vec(), digests.to_vec());
-            return Ok(Self { series, ..self });
+        if let Some(ResultsSoFar { frame_times, digests, .. }) = results.cloned() {
+            series = match first {
+                true => series.after(frame_times, digests)?,
+                false => series.after_those_of_others(frame_times, digests),
+            };
         }
-        Ok(Self { series: self.series.after(times.to_vec(), digests.to_vec())?, ..self })
+        Ok(Some(Self { fields: fields.clone(), series }))
     }
 
     /// Digests of their files.
@@ -124,7 +118,7 @@ impl Observer for Frames {
             match sheet.reduction().distribution() {
                 None => self.series.push(&frame)?,
                 Some(share) => {
-                    let piece = Piece::of(sheet, &frame);
+                    let piece = Piece::new(sheet, &frame);
                     let written = self.series.push(&piece.frame(sheet, &frame));
                     ranks::agreed(Some(&*share.communicator), written.map_err(Error::from))?
                 }
@@ -145,7 +139,7 @@ pub struct StopRules {
 impl StopRules {
     /// The stop rules of `scene`.
     #[must_use]
-    pub fn of(scene: &Scene) -> Self {
+    pub fn new(scene: &Scene) -> Self {
         let span = &scene.time.span;
         Self {
             until: span.until.get(),

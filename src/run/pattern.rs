@@ -12,6 +12,7 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+use crate::Stepper;
 use crate::Vec3;
 use crate::geometry::{AreaRule, Curvature, Face, VertexArea, sum_at_corners};
 use crate::kinetics::Location;
@@ -29,26 +30,39 @@ const UNIFORM: f64 = 1e-6;
 /// 0.04 edges high.
 const FLAT: f64 = 0.01;
 
-/// What is to be said of a pattern whose regions are `width` mean edges wide; nothing where they are resolved.
-#[must_use]
-pub fn resolution_words(width: f64) -> Option<String> {
-    (width < RESOLVED).then(|| {
+/// What is to be said of a pattern of species, and of wrinkles of the shape, that are so many mean edges wide; nothing where
+/// they are resolved.
+pub fn resolution_words(
+    species: Option<f64>,
+    wrinkles: Option<f64>,
+) -> impl Iterator<Item = String> {
+    let species = species.filter(|width| *width < RESOLVED).map(|width| {
         format!(
             "the pattern is {width:.1} edges wide: below {RESOLVED} the number and the size of its regions depend on the \
              mesh; more sheet.vertices, or a wider pattern; rumple sweep --refine shows what changes"
         )
-    })
-}
-
-/// The same of wrinkles of the shape.
-#[must_use]
-pub fn wrinkle_words(width: f64) -> Option<String> {
-    (width < RESOLVED).then(|| {
+    });
+    let wrinkles = wrinkles.filter(|width| *width < RESOLVED).map(|width| {
         format!(
             "the wrinkles of the shape are {width:.1} edges wide: below {RESOLVED} the mesh decides how wide they are; more \
              sheet.vertices, or a thicker sheet; rumple sweep --refine shows what changes"
         )
-    })
+    });
+    species.into_iter().chain(wrinkles)
+}
+
+/// The same of the state of `stepper`; nothing of a part of a sheet.
+pub(super) fn resolution_notes(stepper: &mut Stepper) -> Vec<String> {
+    let Stepper { workspace, state, .. } = stepper;
+    let sheet = Arc::clone(workspace.model.sheet());
+    if sheet.reduction().distribution().is_some() || sheet.edges().is_empty() {
+        return Vec::new();
+    }
+    let species = Pattern::of_species(&mut workspace.at(state));
+    let species = Pattern::narrowest(&species, &state.x, &sheet);
+    let shape = Pattern::of_shape(&mut workspace.at(state)).ok().flatten();
+    let shape = shape.and_then(|shape| shape.width(&state.x, &sheet));
+    resolution_words(species, shape).collect()
 }
 
 /// A scalar field where it lives: what regions are made of.

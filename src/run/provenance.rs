@@ -36,11 +36,11 @@ pub fn record(
     provenance.version = format!("rumple {}", crate::VERSION);
     // A scene that was parsed has no file.
     let file = Some(scene.file()).filter(|file| !file.as_os_str().is_empty());
-    provenance.scene = file.map(FileRecord::of).transpose()?;
-    provenance.state = state.map(FileRecord::of).transpose()?;
+    provenance.scene = file.map(FileRecord::new).transpose()?;
+    provenance.state = state.map(FileRecord::new).transpose()?;
     provenance.start_time = simulation.state().time;
     for plugin in simulation.plugins() {
-        provenance.plugins.push(FileRecord::of(plugin)?);
+        provenance.plugins.push(FileRecord::new(plugin)?);
     }
     provenance.write(directory, &scene.resolved()?)?;
     Ok(())

@@ -1,7 +1,6 @@
 //! A run that is resumed from its last checkpoint.
 
 use std::fs;
-use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -57,7 +56,7 @@ pub fn resume_on(
 ) -> Result<Resumed> {
     let refused = |what: String| Error::Refused(format!("{}: {what}", root.display()));
     let refuse = |what: String| Err(refused(what));
-    let standing = Standing::of(root);
+    let standing = Standing::read(root);
     let path = ResultDirectory::resolved_in(root);
     if !path.is_file() {
         return refuse(
@@ -82,7 +81,7 @@ pub fn resume_on(
         None => Simulation::new(&scene, search)?,
         Some(ranks) => Simulation::over(&scene, search, ranks)?,
     };
-    let now = Fingerprint::of(&scene, &simulation)?;
+    let now = Fingerprint::new(&scene, &simulation)?;
     if let Err(Error::Refused(changed)) = checkpoint.fingerprint.check(&now) {
         return refuse(format!(
             "what the run is made from has changed:\n{changed}\nundo that, or begin a new run; `rumple run \
@@ -222,33 +221,18 @@ fn missing(directory: &ResultDirectory, checkpoint: &Checkpoint) -> Option<Strin
     if rows != Some(checkpoint.step() + 1) {
         return Some(format!("ledger.csv ends before step {}", checkpoint.step()));
     }
-    let frames = checkpoint.results.frame_times.len();
-    if let Some(gone) = (0..frames).find(|k| !directory.frame(*k).is_file()) {
-        return Some(format!("frame {gone} of its {frames} is gone"));
-    }
-    let cut = (0..frames).map(|k| directory.frame(k)).find(|frame| !whole(frame));
-    cut.map(|frame| format!("{} is cut short", frame.display()))
-        .or_else(|| changed(directory, &checkpoint.results.digests))
-}
-
-/// The first frame whose bytes are not those that the run wrote: they are part of the results of a resumed run.
-fn changed(directory: &ResultDirectory, digests: &[u64]) -> Option<String> {
-    digests.iter().enumerate().find_map(|(k, digest)| {
+    // The frames up to then are part of the results.
+    checkpoint.results.digests.iter().enumerate().find_map(|(k, digest)| {
         let frame = directory.frame(k);
-        let same = digest_of(&frame).is_ok_and(|found| found == *digest);
-        (!same).then(|| {
-            format!("{} is not as the run wrote it: its bytes have changed", frame.display())
-        })
+        match digest_of(&frame) {
+            Ok(found) if found == *digest => None,
+            Ok(_) => Some(format!(
+                "{} is not as the run wrote it: its bytes have changed",
+                frame.display()
+            )),
+            Err(error) => Some(error.to_string()),
+        }
     })
-}
-
-/// Whether a file of VTK's XML, if it is there, ends as one does.
-fn whole(frame: &Path) -> bool {
-    const TAIL_BYTES: i64 = 32;
-    let Ok(mut file) = fs::File::open(frame) else { return true };
-    let mut end = Vec::new();
-    let read = file.seek(SeekFrom::End(-TAIL_BYTES)).and_then(|_| file.read_to_end(&mut end));
-    read.is_ok() && end.trim_ascii_end().ends_with(b"</VTKFile>")
 }
 
 /// Whole rows of a ledger up to a step.

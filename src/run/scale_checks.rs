@@ -12,6 +12,9 @@ use crate::sheet::Sheet;
 /// The range of length factors at the start: relaxations from further away do not end.
 const LENGTH_FACTORS: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 
+/// How messages end.
+const OUTSIDE: &str = "outside the range that can be computed with";
+
 fn representable(value: f64) -> bool {
     (SMALLEST..=LARGEST).contains(&value)
 }
@@ -50,11 +53,7 @@ pub(super) fn check(scene: &Scene, sheet: &Sheet, material: &Material) -> Result
     let (key, _) = given
         .into_iter()
         .fold(given[0], |most, one| if far(one.1) > far(most.1) { one } else { most });
-    let message = format!(
-        "{what} is {} {unit}, outside the range that can be computed \
-        with",
-        short(value)
-    );
+    let message = format!("{what} is {} {unit}, {OUTSIDE}", short(value));
     let help = format!("between {SMALLEST:e} and {LARGEST:e}: choose other units");
     Err(scene.error_at(key, &message, Some(&help)).into())
 }
@@ -73,13 +72,7 @@ pub(super) fn check_load(
     if force == 0.0 || (force / modulus).abs() <= LARGEST && force <= LARGEST {
         return Ok(());
     }
-    let message = format!(
-        "a force of {} on a vertex is outside the range that can be computed \
-            with",
-        short(force)
-    );
-    let help = format!("at most {LARGEST:e}: choose other units");
-    Err(ProblemError::new(Part::Effect(number, String::new()), message, Some(&help)))
+    Err(too_large(number, "", &format!("a force of {} on a vertex is", short(force))))
 }
 
 /// Inspects how fast the effect number `number` of the scene levels out a species at rest.
@@ -96,13 +89,14 @@ pub(super) fn check_transport(
     if rate <= LARGEST {
         return Ok(());
     }
-    let message = format!(
-        "decay rates up to {} per time are outside the range that can be computed \
-            with",
-        short(rate)
-    );
+    let what = format!("decay rates up to {} per time are", short(rate));
+    Err(too_large(number, transport.speed_key(), &what))
+}
+
+/// That `what` of the key of effect `number` is out of bounds.
+fn too_large(number: usize, key: &str, what: &str) -> ProblemError {
     let help = format!("at most {LARGEST:e}: choose other units");
-    Err(ProblemError::new(Part::Effect(number, transport.speed_key().into()), message, Some(&help)))
+    ProblemError::new(Part::Effect(number, key.into()), format!("{what} {OUTSIDE}"), Some(&help))
 }
 
 /// Inspects the length factors of the edges at the start.
@@ -115,8 +109,7 @@ pub(super) fn check_length_factor(scene: &Scene, sheet: &Sheet, factor: &[f64]) 
     };
     let ([a, b], value) = (sheet.edges()[e].vertices, short(factor[e]));
     let message = format!(
-        "the length factor of laws and growth together is {value} between vertices {a} and {b} at the start, outside the range that can be computed \
-            with"
+        "the length factor of laws and growth together is {value} between vertices {a} and {b} at the start, {OUTSIDE}"
     );
     let (from, to) = (LENGTH_FACTORS.start(), LENGTH_FACTORS.end());
     let key = if scene.kinetics.is_empty() { "effect" } else { "kinetics" };

@@ -18,7 +18,7 @@ pub struct OutputSchedule {
 impl OutputSchedule {
     /// The schedule of `scene` from its start.
     #[must_use]
-    pub fn of(scene: &Scene) -> Self {
+    pub fn new(scene: &Scene) -> Self {
         let until = scene.time.span.until.get();
         let every = scene.output.every.map_or(until, |every| every.get().min(until));
         Self { every, until, next: 0, observed: None, framed: None }

@@ -79,7 +79,7 @@ fn inside_obstacle(at: &mut Evaluation<'_>) -> Result<Option<String>> {
 
 /// What there is to be said of the last good state of a simulation, with the place; none where its sheet does not
 /// pass through itself.
-pub(super) fn of(simulation: &Simulation) -> Option<String> {
+pub(super) fn describe(simulation: &Simulation) -> Option<String> {
     if !simulation.model().moves() {
         return None;
     }

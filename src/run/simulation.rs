@@ -2,13 +2,14 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Instant;
 
 use super::invariants::Invariants;
-use super::processor::Processor;
+use super::process::processor_time;
 use super::ranks::RankPart;
-use super::setup_cost::SetupCost;
 use super::{Error, Fields, Result, laws};
 use crate::Stepper;
+use crate::effects::EffectParts;
 use crate::model::{Evaluation, Model, State};
 use crate::output::Frame;
 use crate::output::provenance::MeshRecord;
@@ -50,16 +51,16 @@ pub struct Simulation {
     pub(crate) notes: Vec<String>,
     /// What laws do that they should not, and a run can live with.
     pub(crate) faults: Vec<String>,
-    /// Contributions of its effects, and the cost of setting up.
-    pub(crate) setup: SetupCost,
+    /// What each effect of the scene contributes to the model.
+    pub(crate) effects: Vec<EffectParts>,
+    /// When its set-up began.
+    pub(crate) began: Instant,
     /// The laws of nature that are monitored, if the scene lists some.
     pub(crate) invariants: Option<Invariants>,
     /// What relaxing the start and stepping have cost.
     pub(crate) spent: Spent,
     /// What it has of the sheet, where that is spread over ranks.
     pub(crate) rank_part: Option<RankPart>,
-    /// Tells their processor time.
-    pub(crate) processor: Processor,
 }
 
 impl Simulation {
@@ -223,19 +224,18 @@ impl Simulation {
     /// and without observers of states in between.
     #[must_use]
     pub fn spent(&self) -> Spent {
-        let cpu_seconds = self.spent.cpu_seconds + self.processor.unreported();
-        Spent { cpu_seconds, ..self.spent }
+        self.spent
     }
 
-    /// Does `what`, and adds what it cost to what is spent. The processor time of short pieces is reported with a
-    /// later one.
+    /// Does `what`, and adds what it cost to what is spent.
     pub(crate) fn spend<R>(&mut self, what: impl FnOnce(&mut Self) -> R) -> (R, Spent) {
-        let earlier = self.processor.begin();
+        let (began, cpu_began) = (Instant::now(), processor_time());
         let work = self.model().tally().work();
         let done = what(self);
-        let (wall_seconds, cpu_seconds) = self.processor.end();
         let work = self.model().tally().work() - work;
-        let more = Spent { work, cpu_seconds: earlier + cpu_seconds, wall_seconds };
+        let cpu_seconds =
+            processor_time().zip(cpu_began).map_or(f64::NAN, |(now, then)| now - then);
+        let more = Spent { work, cpu_seconds, wall_seconds: began.elapsed().as_secs_f64() };
         self.spent += more;
         (done, more)
     }
@@ -281,5 +281,5 @@ impl Simulation {
 
 /// The record of the mesh of a whole sheet.
 pub(super) fn mesh_record(sheet: &Sheet) -> MeshRecord {
-    MeshRecord::of(sheet.rest().iter().copied(), sheet.triangles().iter().copied())
+    MeshRecord::new(sheet.rest().iter().copied(), sheet.triangles().iter().copied())
 }

@@ -29,7 +29,7 @@ impl StabilityReport {
     ///
     /// # Errors
     /// If the plugin fails, or the Hessian cannot be factorised, or the sheet has no energy.
-    pub fn of(simulation: &mut Simulation, count: usize) -> Result<Self> {
+    pub fn new(simulation: &mut Simulation, count: usize) -> Result<Self> {
         let tolerance = simulation.force_tolerance();
         let model = Arc::clone(simulation.model());
         if model.mechanics().is_empty() {

@@ -65,7 +65,7 @@ impl StabilityMonitor {
     ///
     /// # Errors
     /// A sheet too large for a factor, or files that cannot be made.
-    pub(super) fn of(
+    pub(super) fn open(
         scene: &Scene,
         simulation: &mut Simulation,
         directory: &ResultDirectory,
@@ -140,7 +140,7 @@ impl StabilityMonitor {
         (events, progress): (&mut Events, &mut Progress),
     ) -> Result<f64> {
         let Some(inertia) = self.count(simulation, progress)? else { return Ok(f64::NAN) };
-        let now = inertia.negative > 0;
+        let (now, negative) = (inertia.negative > 0, crate::num::real(inertia.negative));
         let before = self.unstable.replace(now);
         let kind = match (before, now) {
             (None, true) => AT_START,
@@ -151,29 +151,25 @@ impl StabilityMonitor {
         // A shape that moves is asked once, when negative-curvature directions appear: modes cost many solves.
         let leaves = now && self.perturb.is_some() && !(self.moving && kind.is_empty());
         if kind.is_empty() && !leaves {
-            return Ok(crate::num::real(inertia.negative));
+            return Ok(negative);
         }
         let modes = self.modes(simulation, progress)?;
         if !kind.is_empty() {
             self.report(simulation, (kind, inertia.negative), &modes, (events, progress))?;
         }
-        match (self.perturb, modes.first()) {
-            (Some(by), Some(mode)) if leaves && !self.moving => {
-                self.leave(simulation, (mode, by), done, (events, progress))
-            }
-            (Some(by), Some(mode)) if leaves && self.is_stuck(simulation, mode, by)? => {
-                displace(simulation, mode, by)?;
-                done.residual = simulation.evaluate().residual()?;
-                self.report(
-                    simulation,
-                    (DISPLACED_EVENT, inertia.negative),
-                    &modes,
-                    (events, progress),
-                )?;
-                Ok(crate::num::real(inertia.negative))
-            }
-            _ => Ok(crate::num::real(inertia.negative)),
+        let (Some(by), Some(mode), true) = (self.perturb, modes.first(), leaves) else {
+            return Ok(negative);
+        };
+        if !self.moving {
+            return self.leave(simulation, (mode, by), done, (events, progress));
         }
+        if self.is_stuck(simulation, mode, by)? {
+            displace(simulation, mode, by)?;
+            done.residual = simulation.evaluate().residual()?;
+            let event = (DISPLACED_EVENT, inertia.negative);
+            self.report(simulation, event, &modes, (events, progress))?;
+        }
+        Ok(negative)
     }
 
     fn count(
@@ -184,28 +180,16 @@ impl StabilityMonitor {
         let mut at = simulation.evaluate();
         let x = &at.state().x;
         let counted = self.stability.inertia(at.potential()?, x);
-        if let Err(SolveError::Interrupted) = counted {
-            return Err(SolveError::Interrupted.into());
-        }
-        Ok(counted
-            .map_err(|error| {
-                progress.message(&format!("the stability could not be determined: {error}"));
-            })
-            .ok())
+        known(counted, "the stability could not be determined", progress)
     }
 
-    /// The softest modes; none, and a word about it, if they cannot be found.
+    /// The softest modes; none if they cannot be found.
     fn modes(&mut self, simulation: &mut Simulation, progress: &mut Progress) -> Result<Vec<Mode>> {
         let mut at = simulation.evaluate();
         let x = &at.state().x;
-        Ok(match self.stability.spectrum(at.potential()?, x, self.modes) {
-            Ok(spectrum) => spectrum.modes,
-            Err(SolveError::Interrupted) => return Err(SolveError::Interrupted.into()),
-            Err(error) => {
-                progress.message(&format!("the modes could not be computed: {error}"));
-                Vec::new()
-            }
-        })
+        let spectrum = self.stability.spectrum(at.potential()?, x, self.modes);
+        let spectrum = known(spectrum, "the modes could not be computed", progress)?;
+        Ok(spectrum.map_or_else(Vec::new, |spectrum| spectrum.modes))
     }
 
     /// Whether nothing pulls the shape along `mode` that a displacement by so much would not exceed
@@ -283,6 +267,22 @@ impl StabilityMonitor {
         }
         progress.message(&text);
         Ok(())
+    }
+}
+
+/// The result of an analysis; none, and a message, where it failed for another reason than an interruption.
+fn known<T>(
+    outcome: std::result::Result<T, SolveError>,
+    failure: &str,
+    progress: &mut Progress,
+) -> Result<Option<T>> {
+    match outcome {
+        Ok(found) => Ok(Some(found)),
+        Err(SolveError::Interrupted) => Err(SolveError::Interrupted.into()),
+        Err(error) => {
+            progress.message(&format!("{failure}: {error}"));
+            Ok(None)
+        }
     }
 }
 

@@ -8,9 +8,10 @@ use crate::solve::SolveError;
 use crate::tally::Spent;
 
 /// Why a run ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Ending {
     /// The end time was reached.
+    #[default]
     Reached,
     /// No species changed any more.
     Steady,
@@ -35,7 +36,7 @@ impl std::fmt::Display for Ending {
 }
 
 /// What a run did.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Summary {
     /// Why it ended.
     pub ending: Ending,
@@ -63,27 +64,6 @@ pub struct Summary {
     pub drag_share: f64,
     /// Whether the sheet passes through itself in the last state; none where no shape moves.
     pub intersection: Option<SelfIntersection>,
-}
-
-impl Summary {
-    /// Of a run that has not made a step, whose start took `start`.
-    pub(super) fn at_start(start: Spent) -> Self {
-        Self {
-            ending: Ending::Reached,
-            time: 0.0,
-            frames: 0,
-            resumable: None,
-            step: 0,
-            to_outputs: [0; 2],
-            spent: start,
-            start,
-            wall: Duration::ZERO,
-            output: Duration::ZERO,
-            invariants: Vec::new(),
-            drag_share: 0.0,
-            intersection: None,
-        }
-    }
 }
 
 /// Does `work`, which writes to `directory`, and leaves word there of how it ended.

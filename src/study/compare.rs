@@ -102,7 +102,7 @@ pub(super) fn timescales(plan: &Plan, interrupt: Interrupt) -> Result<Option<Str
     let mut start = Simulation::new(&scene, &plan.search())?;
     start.set_control(Control::new(move || interrupt.requested(), |_| ()));
     start.relax()?;
-    Ok(match Timescales::of(&mut start) {
+    Ok(match Timescales::new(&mut start) {
         Ok(timescales) => timescales.map(|timescales| timescales.verdict()),
         Err(error) => Some(format!("the timescales are not known: {error}")),
     })
@@ -136,7 +136,7 @@ impl Comparison {
         let names = simulation.model().chemistry().map(|c| &c.descriptor().species);
         let species = names.into_iter().flatten().map(|s| s.name.clone()).collect();
         let members = (0..plan.members.len()).map(|number| Run::read(plan, root, number));
-        Ok(Self::new(members.collect(), &Norm::of(simulation.model()), species))
+        Ok(Self::new(members.collect(), &Norm::of_model(simulation.model()), species))
     }
 
     /// The complete members with their numbers and distances.
@@ -161,38 +161,29 @@ impl Comparison {
     /// A row for every complete member: its distance from the first as far as they are on one branch, its last measures,
     /// its cost.
     fn table(&self) -> Vec<Vec<String>> {
-        let head = "member|shape distance|species distance|parts at|energy|amplitude|regions|nearest|s|steps|\
-                    iterations|newton iterations|evaluations|factorisations";
-        let mut rows = vec![head.split('|').map(str::to_owned).collect::<Vec<_>>()];
-        for (_, Run { found, .. }, deviations) in self.complete() {
-            let (Some(last), Some(work)) = (found.measures.last(), found.step_work()) else {
-                continue;
-            };
-            let distances = deviations.largest.map(|(shape, species)| [shape, species]);
-            let distances = distances.map(|both| both.map(|d| format!("{d:.2e}")));
-            let [shape, species] = distances.unwrap_or_else(|| ["-", "-"].map(str::to_owned));
-            let counts = [
-                work.steps,
-                work.iterations,
-                work.newton_iterations,
-                work.evaluations(),
-                work.factorisations,
-            ];
-            let mut row = vec![
-                found.name.clone(),
-                shape,
-                species,
-                deviations.diverged.map_or("-".into(), |by| format!("t = {}", label(by.time))),
-                format!("{:.5e}", last.energy),
-                format!("{:.4}", last.amplitude),
-                last.spots.to_string(),
-                last.nearest.map_or("-".into(), |d| format!("{d:.2}")),
-                found.step_seconds().map_or("-".into(), |s| format!("{s:.2}")),
-            ];
-            row.extend(counts.map(|count| count.to_string()));
-            rows.push(row);
-        }
-        rows
+        type Cell = fn(&MemberResults, &Deviations) -> Option<String>;
+        const COLUMNS: [(&str, Cell); 14] = [
+            ("member", |f, _| Some(f.name.clone())),
+            ("shape distance", |_, by| Some(format!("{:.2e}", by.largest?.0))),
+            ("species distance", |_, by| Some(format!("{:.2e}", by.largest?.1))),
+            ("parts at", |_, by| Some(format!("t = {}", label(by.diverged?.time)))),
+            ("energy", |f, _| Some(format!("{:.5e}", f.measures.last()?.energy))),
+            ("amplitude", |f, _| Some(format!("{:.4}", f.measures.last()?.amplitude))),
+            ("regions", |f, _| Some(f.measures.last()?.spots.to_string())),
+            ("nearest", |f, _| Some(format!("{:.2}", f.measures.last()?.nearest?))),
+            ("s", |f, _| Some(format!("{:.2}", f.step_seconds()?))),
+            ("steps", |f, _| Some(f.step_work()?.steps.to_string())),
+            ("iterations", |f, _| Some(f.step_work()?.iterations.to_string())),
+            ("newton iterations", |f, _| Some(f.step_work()?.newton_iterations.to_string())),
+            ("evaluations", |f, _| Some(f.step_work()?.evaluations().to_string())),
+            ("factorisations", |f, _| Some(f.step_work()?.factorisations.to_string())),
+        ];
+        let row = |(_, run, by): (usize, &Run, &Deviations)| {
+            let cells = COLUMNS.iter().map(|(_, cell)| cell(&run.found, by));
+            cells.map(|cell| cell.unwrap_or("-".to_owned())).collect()
+        };
+        let head = COLUMNS.map(|(title, _)| title.to_owned()).to_vec();
+        once(head).chain(self.complete().map(row)).collect()
     }
 
     /// Where members part from the first, by what, and what that is measured against.

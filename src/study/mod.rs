@@ -2,7 +2,7 @@
 //! [`Page`]; a [`Purpose`] says what the runs are for.
 //!
 //! ```text
-//! plan      Axis, Plan, Point              which members there are: scene, overrides, directory, fingerprint
+//! plan      Axis, Plan, Member              which members there are: scene, overrides, directory, fingerprint
 //! run       run, Pool, slurm, RankJob      one member; members as child processes or as an array job; a run over ranks
 //! gather    MemberResults, Norm, Measures  how members stand, their results, their distances from one another
 //! draw                                     tables, plots against time, cost or a key

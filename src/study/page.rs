@@ -90,7 +90,7 @@ impl Purpose {
         plot::write(root, &page.blocks)?;
         say(page.said.trim_end());
         say(&format!("{}; tables and plots are in {}", counts(&found), root.display()));
-        self.standing(plan, &found, all)
+        self.standing(&found, all)
     }
 
     /// Says how many of `members` have which status.
@@ -98,7 +98,7 @@ impl Purpose {
     /// # Errors
     /// [`Error::Incomplete`] if members failed or were killed; if `all` have to be complete, also if some are not. Runs of
     /// an accuracy study may fail, but references.
-    pub fn standing(&self, plan: &Plan, members: &[MemberResults], all: bool) -> Result<String> {
+    pub fn standing(&self, members: &[MemberResults], all: bool) -> Result<String> {
         let lost = |found: &&MemberResults| match self {
             Self::Accuracy(_) => {
                 matches!(found.status, MemberStatus::Killed | MemberStatus::Damaged)
@@ -107,9 +107,9 @@ impl Purpose {
         };
         let Some(first) = members.iter().find(lost) else {
             return match self {
-                Self::Accuracy(study) if !study.has_references(plan, members) => Err(
-                    Error::Incomplete("no reference came to its end: errors are not known".into()),
-                ),
+                Self::Accuracy(study) if !study.has_reference(members) => Err(Error::Incomplete(
+                    "no reference came to its end: errors are not known".into(),
+                )),
                 _ => Ok(counts(members)),
             };
         };

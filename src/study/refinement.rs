@@ -132,7 +132,7 @@ pub(super) fn rows(
         for column in columns {
             let on = |mesh: usize| -> Statistics {
                 let group = group.iter().filter(|f| f.at.get(across) == Some(&mesh));
-                Statistics::of(&group.filter_map(|f| (column.of)(f)).collect::<Vec<f64>>())
+                Statistics::new(&group.filter_map(|f| (column.of)(f)).collect::<Vec<f64>>())
             };
             let found: Vec<_> = meshes.iter().map(|(k, vertices)| (*vertices, on(*k))).collect();
             let Some(finest) = found.last_chunk::<3>().copied() else { continue };

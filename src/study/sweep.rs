@@ -27,7 +27,7 @@ use crate::num::real;
 use crate::output::SelfIntersection;
 use crate::output::plot::{Block, Figure, Panel, Plot, label};
 use crate::run::Result;
-use crate::run::pattern::{resolution_words, wrinkle_words};
+use crate::run::pattern::resolution_words;
 
 /// Names of the files that gather a sweep.
 pub const TABLE: &str = "sweep.csv";
@@ -80,9 +80,8 @@ fn last(found: &MemberResults) -> Option<&Measures> {
     found.measures.last()
 }
 
-/// The column of the connected regions above the level, in files and in tables and plots for people.
+/// The column of the connected regions above the level in files; people read "regions above the level".
 const SPOTS: &str = "spots";
-const REGIONS: &str = "regions above the level";
 
 /// Results of a member: titles with units, and numbers.
 const RESULTS: [(&str, NumberOf); 10] = [
@@ -123,7 +122,10 @@ fn measures(members: &[MemberResults]) -> Vec<Column<'_>> {
 /// The same with titles for people: a labyrinth, or a wavy edge, is one region.
 fn labelled_columns(members: &[MemberResults]) -> Vec<Column<'_>> {
     let mut columns = columns(members);
-    columns.iter_mut().filter(|c| c.title == SPOTS).for_each(|c| c.title = REGIONS);
+    columns
+        .iter_mut()
+        .filter(|c| c.title == SPOTS)
+        .for_each(|c| c.title = "regions above the level");
     columns
 }
 
@@ -189,7 +191,7 @@ fn statistics_rows(
         let failed = group.iter().filter(|f| f.status.is_lost()).count().to_string();
         let complete = || group.iter().filter(|f| f.status == MemberStatus::Complete);
         let values = |c: &Column<'_>| complete().filter_map(|f| (c.of)(f)).collect::<Vec<f64>>();
-        let found: Vec<_> = columns.iter().map(|c| Statistics::of(&values(c))).collect();
+        let found: Vec<_> = columns.iter().map(|c| Statistics::new(&values(c))).collect();
         let mut row = |name: &str, of: fn(&Statistics) -> Option<f64>| {
             let keys = axes().zip(&at).map(|(axis, k)| axis.value(*k).to_owned());
             let keys = keys.chain([name.to_owned(), failed.clone()]);
@@ -254,9 +256,9 @@ pub(super) fn notes(members: &[MemberResults]) -> Vec<String> {
 
 /// Notes on patterns and wrinkles of a member that are not resolved.
 fn resolution_notes(found: &MemberResults) -> impl Iterator<Item = String> {
-    let width = last(found).and_then(|m| m.width).and_then(resolution_words);
-    let shape = last(found).and_then(|m| m.wrinkle_width).and_then(wrinkle_words);
-    width.into_iter().chain(shape).map(|words| format!("{}: {words}", found.name))
+    let of = |width: fn(&Measures) -> Option<f64>| last(found).and_then(width);
+    let words = resolution_words(of(|m| m.width), of(|m| m.wrinkle_width));
+    words.map(|words| format!("{}: {words}", found.name))
 }
 
 /// The numbers in `at` of the axes that are kept.

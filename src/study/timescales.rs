@@ -21,7 +21,7 @@ impl Timescales {
     ///
     /// # Errors
     /// If the plugin fails, or the modes are not found.
-    pub fn of(simulation: &mut Simulation) -> Result<Option<Self>> {
+    pub fn new(simulation: &mut Simulation) -> Result<Option<Self>> {
         let model = Arc::clone(simulation.model());
         if !model.moves() || model.chemistry().is_none() {
             return Ok(None);

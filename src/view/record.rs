@@ -42,7 +42,7 @@ impl Record {
     /// # Errors
     /// A file that is there and cannot be read.
     pub(super) fn read(root: &Path) -> Result<Self> {
-        let standing = Standing::of(root);
+        let standing = Standing::read(root);
         let text = |path: &Path| Ok::<_, crate::Error>(text_of(path)?.map(cut));
         let provenance = text_of(&root.join(ResultDirectory::PROVENANCE))?;
         let provenance: Option<Value> =

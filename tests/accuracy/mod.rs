@@ -36,7 +36,7 @@ pub fn study(scene: &str, arguments: &[&str]) -> (TempDir, Output) {
 
 /// Runs a study of the scene in `folder`.
 pub fn again(folder: &Path, arguments: &[&str]) -> Output {
-    let fixed = ["accuracy", "scene.toml", "--out", "out", "--repeats", "1"];
+    let fixed = ["accuracy", "scene.toml", "--out", "out"];
     rumple(folder, &[&fixed[..], arguments].concat())
 }
 

@@ -71,20 +71,6 @@ fn what_contradicts_itself_is_refused_at_its_key() {
 }
 
 #[test]
-fn a_ramp_that_begins_at_zero_is_not_said_to_move_nothing() {
-    let pressure = |ramp: &str, pins: &str| {
-        let effects = format!(
-            "{{ kind = 'pin', where = '{pins}', axes = 'xyz' }},
-             {{ kind = 'pressure', value = 1.0, ramp = {{ formula = '{ramp}' }} }}"
-        );
-        let simulation = made(STRIP, &effects).unwrap_or_else(|e| panic!("{e}"));
-        simulation.notes().iter().filter(|note| note.contains("pressure")).count()
-    };
-    assert_eq!(pressure("t", "rim"), 0);
-    assert_eq!(pressure("t", "all"), 1);
-}
-
-#[test]
 fn a_target_that_becomes_no_volume_ends_the_run_by_name() {
     for kind in ["stiffness = 10.0", "exact = true"] {
         let effect = format!("{{ kind = 'volume', {kind}, ramp = {{ formula = '1 - t' }} }}");

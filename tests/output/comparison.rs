@@ -5,7 +5,6 @@ use rumple::kinetics::Location;
 use rumple::model::State;
 use rumple::study::compare::Comparison;
 use rumple::study::gather::{Deviations, MemberResults, MemberStatus, Run};
-use rumple::study::run::Timing;
 use rumple::study::{Measures, Norm};
 
 use crate::common::lattice;
@@ -36,7 +35,8 @@ fn member(name: &str, seconds: f64, bend: f64, level: f64) -> Run {
         name: name.into(),
         status: MemberStatus::Complete,
         measures: states.iter().map(measures).collect(),
-        timing: Some(Timing { start: 0.0, steps: vec![seconds] }),
+        seconds: Some(seconds),
+        start_seconds: Some(0.0),
         ..MemberResults::default()
     };
     Run { found, states }

@@ -10,12 +10,12 @@ fn hashes_and_versions_are_written() {
     let plugin = folder.path().join("plugin.so");
     fs::write(&plugin, "abc").unwrap();
     let directory = ResultDirectory::prepare(&folder.path().join("run"), false).unwrap();
-    let mesh = MeshRecord::of([Vec3::new(0.0, 1.0, -2.5)].into_iter(), [[0, 1, 2]].into_iter());
+    let mesh = MeshRecord::new([Vec3::new(0.0, 1.0, -2.5)].into_iter(), [[0, 1, 2]].into_iter());
     // Of the 24 + 12 little-endian bytes, by Python's hashlib.
     let hash = "f63d3bcf4cdb1d854a5d31099ef1793f37e2b4a65ce9da64e61832cedcaa09af";
     assert_eq!(mesh.sha256, hash);
     let mut provenance = Provenance::new(mesh);
-    provenance.plugins.push(FileRecord::of(&plugin).unwrap());
+    provenance.plugins.push(FileRecord::new(&plugin).unwrap());
     provenance.write(&directory, "[sheet]\n").unwrap();
 
     assert_eq!(fs::read_to_string(directory.resolved()).unwrap(), "[sheet]\n");
@@ -37,7 +37,7 @@ fn hashes_and_versions_are_written() {
 #[test]
 fn a_missing_plugin_is_named() {
     let folder = tempfile::tempdir().unwrap();
-    let error = FileRecord::of(&folder.path().join("none.so")).unwrap_err();
+    let error = FileRecord::new(&folder.path().join("none.so")).unwrap_err();
     assert!(matches!(error, OutputError::Read { .. }));
     assert!(error.to_string().contains("none.so: No such file"), "{error}");
 }

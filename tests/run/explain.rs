@@ -13,23 +13,18 @@ use rumple::run::{Costs, Explanation};
 use super::program::{folder, passes, rumple, text};
 use super::{SMALL, prepare};
 
-/// The lines of a section.
-fn section<'a>(all: &'a Explanation, title: &str) -> Vec<&'a rumple::run::explain::Line> {
-    let found = all.sections.iter().find(|section| section.title == title);
-    found.unwrap_or_else(|| panic!("{title}")).lines.iter().collect()
-}
-
 fn explained(overrides: &[&str]) -> Explanation {
-    let (scene, mut simulation) = prepare(overrides);
-    Explanation::of(&scene, &mut simulation).unwrap()
+    let (scene, simulation) = prepare(overrides);
+    Explanation::new(&scene, &simulation)
 }
 
-fn has(all: &Explanation, title: &str, words: &[&str]) -> bool {
-    let fits = |line: &&rumple::run::explain::Line| {
-        let whole = format!("{} {} {:?}", line.what, line.because, line.place);
-        words.iter().all(|word| whole.contains(word))
+/// Whether a line of the subject has all the words.
+fn has(all: &Explanation, subject: &str, words: &[&str]) -> bool {
+    let fits = |line: &rumple::run::explain::ExplanationLine| {
+        let whole = format!("{} {:?}", line.what, line.place);
+        line.subject == subject && words.iter().all(|word| whole.contains(word))
     };
-    section(all, title).iter().any(fits)
+    all.lines.iter().any(fits)
 }
 
 #[test]
@@ -40,44 +35,37 @@ fn each_effect_is_explained_with_its_place() {
         // The table begins with its first key, after its head.
         let head = line(&format!("kind = \"{kind}\"")) - 1;
         let place = format!("effect[{number}], line {head}");
-        assert!(has(&all, "effects", &[kind, &place]), "{place}: {all}");
+        assert!(has(&all, "effect", &[kind, &place]), "{place}: {all}");
     }
-    assert!(has(&all, "laws and signals", &["mean_curvature", "[kinetics], line"]), "{all}");
-    assert!(has(&all, "not in this scene", &["volume", "pressure"]), "{all}");
+    assert!(has(&all, "signal", &["mean_curvature", "kinetics, line"]), "{all}");
     let tension =
         "effect=[{ kind = \"stretching\" }, { kind = \"active-tension\", value = \"c\" }]";
-    assert!(has(&explained(&[tension]), "effects", &["active-tension", "reads c"]), "{all}");
-    assert!(has(&all, "not in this scene", &["[stability] is absent"]), "{all}");
-    assert!(!has(&all, "solvers", &["Woodbury"]), "{all}");
+    assert!(has(&explained(&[tension]), "effect", &["active-tension", "reads c"]), "{all}");
 }
 
 #[test]
-fn what_is_not_listed_is_said_to_be_absent_and_what_is_listed_is_not() {
+fn unknowns_are_those_that_the_effects_and_the_law_bring() {
     let one_ring = "sheet = { shape = 'disc', radius = 5.0, vertices = 100 }
         time = { until = 1.0 }
         material = { young = 1.0, poisson = 0.3, thickness = 0.1 }
         effect = [{ kind = 'stretching' }]";
-    let (scene, mut simulation) = crate::common::prepare(one_ring, &[]);
-    let all = Explanation::of(&scene, &mut simulation).unwrap();
-    assert!(has(&all, "not in this scene", &["bending"]), "{all}");
-    assert!(has(&all, "unknowns", &["[kinetics] is absent"]), "{all}");
-    assert!(has(&all, "effects", &["stretching", "line 4"]), "{all}");
-    assert!(has(&all, "not in this scene", &["optimal lengths stay"]), "{all}");
+    let (scene, simulation) = crate::common::prepare(one_ring, &[]);
+    let all = Explanation::new(&scene, &simulation);
+    assert!(has(&all, "effect", &["stretching", "couples neighbours", "line 4"]), "{all}");
+    assert!(!has(&all, "unknowns", &["species"]), "{all}");
     let flowing = one_ring.replace("}]", "}, { kind = 'remodelling', time = 2.0 }]");
-    let (scene, mut simulation) = crate::common::prepare(&flowing, &[]);
-    let all = Explanation::of(&scene, &mut simulation).unwrap();
+    let (scene, simulation) = crate::common::prepare(&flowing, &[]);
+    let all = Explanation::new(&scene, &simulation);
     assert!(has(&all, "unknowns", &["values of length_remodelling"]), "{all}");
-    assert!(has(&all, "effects", &["remodelling", "multiply optimal lengths"]), "{all}");
-    assert!(!has(&all, "not in this scene", &["optimal lengths stay"]), "{all}");
-    let (scene, mut simulation) = crate::common::prepare(
+    assert!(has(&all, "effect", &["remodelling: internal variables"]), "{all}");
+    let (scene, simulation) = crate::common::prepare(
         "sheet = { shape = 'point' }
          time = { until = 1.0 }
          kinetics = { rates.c = '-c', initial.c = 1.0 }",
         &[],
     );
-    let all = Explanation::of(&scene, &mut simulation).unwrap();
+    let all = Explanation::new(&scene, &simulation);
     assert!(has(&all, "unknowns", &["no positions"]), "{all}");
-    assert!(has(&all, "not in this scene", &["no relaxation"]), "{all}");
     assert!(has(&all, "output", &["no frames"]), "{all}");
 }
 
@@ -133,11 +121,9 @@ impl Contact for All {
 #[test]
 fn an_effect_from_outside_explains_itself() {
     let all = explained(&["[[effect]]\nkind = \"test-everything\""]);
-    for words in ["Woodbury", "pattern", "shortened", "3 edges"] {
-        assert!(has(&all, "solvers", &[words, "everything"]), "{words}: {all}");
+    for words in ["3 edges", "pairs that depend on the shape", "depends on time"] {
+        assert!(has(&all, "effect", &[words, "everything"]), "{words}: {all}");
     }
-    assert!(has(&all, "effects", &["everything", "depends on time"]), "{all}");
-    assert!(!has(&all, "not in this scene", &["depends on time"]), "{all}");
 }
 
 #[test]
@@ -145,16 +131,16 @@ fn a_run_leaves_what_it_cost_in_shares_that_add_up() {
     let folder = folder(SMALL);
     passes(folder.path(), "run scene.toml --out result --quiet");
     let costs = Costs::read(&folder.path().join("result")).unwrap();
-    let parts = || costs.parts.iter().chain([&costs.elsewhere]);
+    let parts = || costs.parts.iter();
     let shares: f64 = parts().map(|part| part.share).sum();
     assert!((shares - 1.0).abs() < 1e-6, "{shares}");
     let effects: Vec<&str> =
         costs.parts.iter().filter(|p| p.group == "effect").map(|p| p.name.as_str()).collect();
-    assert_eq!(effects, ["stretching", "bending", "pin"]);
+    // A pin costs nothing.
+    assert_eq!(effects, ["stretching", "bending"]);
     let part =
         |name: &str| parts().find(|part| part.name == name).unwrap_or_else(|| panic!("{name}"));
     assert!(part("bending").seconds > 0.0, "{costs}");
-    assert_eq!(part("pin").counts, Vec::new());
     assert_eq!(part("frames").counts, [("frames".to_owned(), 3)]);
     assert!(part("mean_curvature").seconds >= 0.0);
     assert!(parts().all(|part| part.name != "volume" && part.name != "gaussian_curvature"));
@@ -192,5 +178,5 @@ fn what_is_not_a_run_is_refused_with_its_name() {
     assert!(text(&out.stderr).contains("costs.json"), "{}", text(&out.stderr));
     let out = passes(folder.path(), "explain scene.toml --json");
     let json: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
-    assert_eq!(json["sections"][0]["title"], "unknowns");
+    assert_eq!(json["lines"][0]["subject"], "unknowns");
 }

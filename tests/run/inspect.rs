@@ -229,11 +229,16 @@ fn inspect_prints_an_overview_and_all_numbers_only_if_asked() {
     let total = all["energy"]["total"].as_f64().unwrap();
     assert!(said.contains(&format!("{total:.6e}")), "{said}");
     let largest = numbers(&all["mean_curvature"]).into_iter().fold(f64::NEG_INFINITY, f64::max);
-    let row = said.lines().find(|line| line.starts_with("mean_curvature [1/length]")).unwrap();
+    let row = said.lines().find(|line| line.starts_with("mean_curvature ")).unwrap();
     assert!(row.ends_with(&format!("{largest:.6e}")), "{row}");
-    for row in
-        ["stretching", "bending", "strain of bonds", "species c", "reaction c", "length_factor"]
-    {
+    for row in [
+        "energy stretching",
+        "force bending",
+        "bond length",
+        "species c",
+        "reaction c",
+        "length_factor",
+    ] {
         assert!(said.lines().any(|line| line.starts_with(row)), "{row}: {said}");
     }
 }

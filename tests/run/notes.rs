@@ -43,21 +43,6 @@ fn a_load_that_the_tolerance_hardly_sees_is_told() {
 }
 
 #[test]
-fn what_the_author_may_not_have_meant_is_told() {
-    let on_the_boundary = "[[effect]]\nkind = \"load\"\nwhere = \"rim\"\nforce = { per-vertex = ";
-    let (_, simulation) = prepare(&[&format!("{on_the_boundary}[0.0, 0.0, 1e5] }}")]);
-    assert!(
-        simulation.notes()[0].contains("effect load acts only on fixed vertices"),
-        "{:?}",
-        simulation.notes()
-    );
-    let (_, simulation) = prepare(&[&format!("{on_the_boundary}[1e5, 0.0, 0.0] }}")]);
-    assert!(simulation.notes().is_empty(), "{:?}", simulation.notes());
-    let (_, simulation) = prepare(&["[[effect]]\nkind = \"bending\"\nmodel = \"hinge\""]);
-    assert!(simulation.notes()[0].contains("bending more than once"), "{:?}", simulation.notes());
-}
-
-#[test]
 fn shipped_scenes_are_ready_to_run_without_a_word() {
     let search = PluginSearch::in_directories(vec![build::directory().to_owned()]);
     let mut count = 0;
@@ -192,37 +177,6 @@ fn a_tolerance_that_calls_any_sheet_at_rest_is_told() {
     assert_eq!(reported(&["equilibrium={method=\"lbfgs\", tolerance=1e-3}"]), "");
 }
 
-#[test]
-fn a_species_that_diffuses_twice_is_told() {
-    let diffusion = "[[effect]]\nkind = \"diffusion\"\nspecies = \"c\"\ncoefficient = 1.0";
-    assert_eq!(reported(&[diffusion]), "");
-    let text = reported(&[diffusion, diffusion]);
-    assert!(text.contains("diffusion of c more than once (effect[3] and effect[4])"), "{text}");
-    assert!(text.contains("coefficients add up"), "{text}");
-}
-
-#[test]
-fn a_pressure_that_is_listed_twice_is_told() {
-    let pressure = "[[effect]]\nkind = \"pressure\"\nvalue = 1e4";
-    assert_eq!(reported(&[pressure]), "");
-    let text = reported(&[pressure, pressure]);
-    assert!(text.contains("pressure more than once (effect[3] and effect[4])"), "{text}");
-    assert!(text.contains("the pressures add up"), "{text}");
-}
-
-#[test]
-fn a_sheet_that_is_pinned_everywhere_is_told() {
-    let pin =
-        |axes: &str| format!("[[effect]]\nkind = \"pin\"\nwhere = \"all\"\naxes = \"{axes}\"");
-    let text = reported(&[&pin("xyz")]);
-    assert!(text.contains("pins fix every vertex along every axis"), "{text}");
-    assert_eq!(reported(&[&pin("xy")]), "");
-    assert_eq!(
-        reported(&[&(pin("xyz") + "\ndisplacement = [0.1, 0.0, 0.0]\nramp.formula = \"t\"")]),
-        ""
-    );
-}
-
 /// Folds passed through one another, without a word.
 #[test]
 fn adhesion_that_nothing_keeps_apart_is_told() {
@@ -330,29 +284,6 @@ fn numbers_too_large_or_small_to_compute_with_are_named() {
     }
 }
 
-#[test]
-fn a_start_shape_that_relaxes_away_is_noted() {
-    let run = |key: &str| {
-        let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join("scene.toml"), super::SMALL).unwrap();
-        let out = std::process::Command::new(super::program())
-            .current_dir(folder.path())
-            .env("RUMPLE_PLUGIN_PATH", build::directory())
-            .args(["run", "scene.toml", "--set", "time.until=0.01", "--set", key])
-            .output()
-            .unwrap();
-        let text = String::from_utf8_lossy(&out.stderr).into_owned();
-        assert!(out.status.success(), "{text}");
-        text
-    };
-    // Nothing grows at first: the flat disc is the only equilibrium.
-    let text = run("kinetics.initial.c=0");
-    assert!(text.contains("sheet.bump and sheet.imperfection have relaxed away"), "{text}");
-    // A spot in the middle bulges.
-    let text = run("kinetics.initial.c={gaussian={width=4, amplitude=0.5}}");
-    assert!(!text.contains("relaxed away"), "{text}");
-}
-
 /// The factor that decides is too large beyond 50 000 vertices.
 #[test]
 fn a_stability_that_is_not_judged_is_noted() {
@@ -360,21 +291,6 @@ fn a_stability_that_is_not_judged_is_noted() {
         |vertices: &str| reported(&[vertices]).contains("stability of equilibria is not judged");
     assert!(noted("sheet.vertices=51000"));
     assert!(!noted("sheet.vertices=500"));
-}
-
-/// A load that acts in a pulse was taken for one that never acts.
-#[test]
-fn a_load_that_is_a_pulse_is_seen() {
-    let load = "[[effect]]\nkind = \"load\"\nwhere = \"all\"\nforce = { per-vertex = [0.0, 0.0, 1e2] }\nramp = ";
-    for formula in [
-        "exp(-((t - 0.5)/1e-4)^2)",
-        "step(t - 0.332)*step(0.333 - t)",
-        "1e4*pos(sin(2*pi*t) - 0.9999)",
-    ] {
-        let (_, simulation) = prepare(&[&format!("{load}{{ formula = \"{formula}\" }}")]);
-        let notes = simulation.notes().concat();
-        assert!(!notes.contains("moves nothing"), "{formula}: {notes}");
-    }
 }
 
 /// The stabilising drag is one of quasi-static shapes.

@@ -81,8 +81,8 @@ fn the_width_of_a_pattern_is_half_a_wave_in_edges() {
         assert_eq!(width(location, |_| 0.3), None);
         assert_eq!(width(location, |x| 0.3 + 1e-9 * x.y), None);
     }
-    assert!(rumple::run::pattern::resolution_words(5.9).is_some());
-    assert_eq!(rumple::run::pattern::resolution_words(6.1), None);
+    assert_eq!(rumple::run::pattern::resolution_words(Some(5.9), Some(5.9)).count(), 2);
+    assert_eq!(rumple::run::pattern::resolution_words(Some(6.1), None).count(), 0);
 }
 
 /// Wrinkles of a plate, a cylinder and a plate whose unevenness is far below its edges.

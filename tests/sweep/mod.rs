@@ -3,7 +3,6 @@
 mod axis;
 mod errors;
 mod measures;
-mod memory;
 mod plots;
 mod refinement;
 mod resumed;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use rumple::study::Measures;
 use rumple::study::gather::{MemberResults, MemberStatus};
-use rumple::study::plan::{Axis, Plan, Point};
+use rumple::study::plan::{Axis, Member, Plan};
 use rumple::study::sweep::{drawn_keys, figure};
 
 use rumple::tally::Work;
@@ -26,13 +26,11 @@ pub(super) fn plan(axes: &[&str]) -> Plan {
         at.reverse();
         at
     };
-    let point = |number: usize| Point {
+    let point = |number: usize| Member {
         folder: number.to_string(),
         at: at(number),
         fingerprint: String::new(),
-        size: 1,
         limit: None,
-        dearest: None,
     };
     let members = (0..count).map(point).collect();
     Plan {
@@ -44,7 +42,6 @@ pub(super) fn plan(axes: &[&str]) -> Plan {
         threads: 1,
         plugin_path: Vec::new(),
         states: false,
-        repeats: 0,
         files: BTreeMap::new(),
         members,
         law: None,
@@ -77,7 +74,7 @@ pub(super) fn complete(plan: &Plan, number: usize, spots: usize, value: f64) -> 
         work: Some(Work { steps: 5, ..Work::default() }),
         start: None,
         intersection: None,
-        timing: None,
+        start_seconds: None,
     }
 }
 

@@ -20,7 +20,7 @@ fn values_that_go_to_and_fro_have_no_limit() {
 fn counts_that_agree_or_scatter_are_told_from_those_that_do_not_converge() {
     let of = |values: [&[f64]; 3]| {
         let meshes = [1000.0, 2000.0, 4000.0];
-        Convergence::judge([0, 1, 2].map(|k| (meshes[k], Statistics::of(values[k]))))
+        Convergence::judge([0, 1, 2].map(|k| (meshes[k], Statistics::new(values[k]))))
     };
     assert_eq!(of([&[7.0], &[7.0], &[7.0]]), Convergence::Same(7.0));
     assert_eq!(of([&[31.0], &[24.0], &[14.0]]), Convergence::NotConverged);

@@ -144,23 +144,3 @@ fn seeds_change_everything_random_and_nothing_else() {
     // Seeds are the only key here, and so it is drawn.
     assert!(plots(&root).contains_key("seed"));
 }
-
-#[test]
-fn members_wait_for_memory() {
-    let folder = folder(GROWING);
-    let sweep = |out: &str, memory: &str| {
-        let args = ["sweep", "scene.toml", "--out", out, "--jobs", "3", "--memory", memory];
-        let out = rumple(folder.path(), &[&args[..], &["--over", "sheet.seed=1..5"]].concat());
-        assert!(out.status.success(), "{}", text(&out.stderr));
-        text(&out.stderr)
-    };
-    let most = |said: &str| {
-        let at_once = said.lines().filter_map(|line| line.strip_suffix(" at once"));
-        at_once.map(|line| line.rsplit(' ').next().unwrap().parse::<u32>().unwrap()).max().unwrap()
-    };
-    // A program that runs a sheet takes more than 1 MB and less than 100.
-    let said = sweep("little", "1MB");
-    assert_eq!(most(&said), 1, "{said}");
-    assert!(said.contains("more than there is"), "{said}");
-    assert_eq!(most(&sweep("much", "300MB")), 3);
-}

@@ -10,19 +10,19 @@ use super::{GROWING, folder, number, rows, rumple, statuses, text};
 
 #[test]
 fn mean_and_sample_standard_deviation_have_known_values() {
-    let all = Statistics::of(&[2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0]);
+    let all = Statistics::new(&[2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0]);
     assert_eq!((all.count, all.mean), (8, Some(5.0)));
     assert!((all.deviation.unwrap() - (32.0f64 / 7.0).sqrt()).abs() < 1e-15);
     // A large offset costs no digits.
-    let shifted = Statistics::of(&[1e9 + 1.0, 1e9 + 2.0, 1e9 + 3.0]);
+    let shifted = Statistics::new(&[1e9 + 1.0, 1e9 + 2.0, 1e9 + 3.0]);
     assert_eq!((shifted.mean, shifted.deviation), (Some(1e9 + 2.0), Some(1.0)));
     // Equal values: without round-off.
-    let equal = Statistics::of(&[0.1; 3]);
+    let equal = Statistics::new(&[0.1; 3]);
     assert_eq!((equal.mean, equal.deviation), (Some(0.1), Some(0.0)));
-    let one = Statistics::of(&[0.1]);
+    let one = Statistics::new(&[0.1]);
     assert_eq!((one.count, one.mean, one.deviation), (1, Some(0.1), None));
     let none = Statistics { count: 0, mean: None, deviation: None };
-    assert_eq!(Statistics::of(&[]), none);
+    assert_eq!(Statistics::new(&[]), none);
 }
 
 #[test]

@@ -57,7 +57,6 @@ pub(in crate::cli) fn begin(
         member: member.map(ToOwned::to_owned).to_vec(),
         settings: Settings {
             jobs: how.jobs.map(usize::from).or(jobs.filter(|_| !how.slurm)),
-            memory: how.memory,
             retry_failed: how.retry_failed,
             force: how.force,
             slurm: how.slurm.then(|| SlurmSettings {
@@ -153,12 +152,9 @@ pub(in crate::cli) struct HowArgs {
     #[arg(short, long, value_name = "DIR")]
     pub(in crate::cli) out: Option<PathBuf>,
     /// Members at once; by default as many as there are cores for their --threads, which are 1 each if
-    /// not given. Never more than fit into memory.
+    /// not given.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(in crate::cli) jobs: Option<u16>,
-    /// Memory that all members together may take, as in 8GB; by default 90 % of what is free.
-    #[arg(long, value_name = "SIZE", value_parser = bytes)]
-    pub(in crate::cli) memory: Option<u64>,
     /// Run members again that failed.
     #[arg(long)]
     pub(in crate::cli) retry_failed: bool,
@@ -190,27 +186,4 @@ impl HowArgs {
             say!("{text}");
         }
     }
-}
-
-/// `8GB`, `500 MB`, `2GiB`, or a number of bytes.
-fn bytes(text: &str) -> Result<u64, String> {
-    let text = text.trim();
-    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic()).trim_end();
-    let unit: f64 = match text[digits.len()..].trim().to_ascii_lowercase().as_str() {
-        "" | "b" => 1.0,
-        "k" | "kb" => 1e3,
-        "m" | "mb" => 1e6,
-        "g" | "gb" => 1e9,
-        "kib" => 1024.0,
-        "mib" => 1_048_576.0,
-        "gib" => 1_073_741_824.0,
-        other => return Err(format!("unknown unit {other:?}; expected a size as 8GB or 500MB")),
-    };
-    let number = digits.parse::<f64>();
-    let wrong = |_| format!("{digits:?} is not a number; expected a size as 8GB");
-    let size = number.map_err(wrong)? * unit;
-    if !(1.0..1e18).contains(&size) {
-        return Err("expected a size above 0, as 8GB".into());
-    }
-    Ok(crate::num::whole(size) as u64)
 }

@@ -61,7 +61,7 @@ pub(super) fn run(args: &SweepArgs) -> Result<()> {
     match (&args.command, &args.plan) {
         (Some(Command::Collect { directory, quiet }), _) => {
             let root = super::absolute(directory)?;
-            let plan = Plan::of(&root)?;
+            let plan = Plan::load(&root)?;
             show(&Purpose::read(&plan, &root)?, &plan, &root, *quiet)
         }
         (Some(Command::Member { directory, number, leash }), _) => {

@@ -24,7 +24,7 @@ pub(super) struct FailureCause {
 
 impl FailureCause {
     /// Of `error`, where `simulation` stopped.
-    pub(super) fn of(error: &Error, simulation: &mut Simulation) -> Self {
+    pub(super) fn new(error: &Error, simulation: &mut Simulation) -> Self {
         let mut blame = Self::default();
         match innermost(error) {
             Error::Kinetics(error) => blame.law(error),

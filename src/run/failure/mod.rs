@@ -2,29 +2,62 @@
 //!
 //! | file | what is in it |
 //! | --- | --- |
-//! | `report.md` | what failed, where, the terms there, what to try, the commands to look and to resume |
-//! | `ledger.csv` | the last rows of the ledger, and the rejected step attempts between them |
+//! | `report.md` | what failed, where, the terms there, rejected step attempts, the commands to look and to resume |
 //! | `state.vtu` | the last good state, the force of every effect, the rate of every species, the way to the shape where a relaxation stuck |
 //!
-//! The names are those of [`FailureFolder`]. Everything is taken from the last good state: a step that fails
-//! leaves it, and what solvers remember, as they were.
+//! Everything is taken from the last good state: a step that fails leaves it, and what solvers remember, as they were.
 
 mod blame;
 mod report;
-mod rows;
 mod state;
 
 use std::path::PathBuf;
 
+use super::error::Failure;
 use super::{Error, Result, Simulation};
 use crate::Stepper;
-use crate::output::{FailureFolder, ResultDirectory, atomic};
+use crate::model::State;
+use crate::output::{OutputError, ResultDirectory, atomic};
 use crate::scene::Scene;
 use crate::solve::{SolveError, diagnosis};
 use blame::FailureCause;
 
+/// Writes the failure report of a run of a scene into a directory that stopped with `error`, in the first relaxation of
+/// `start` if that is given; an error of output, or of a start that is refused, is returned unchanged.
+pub(super) fn report(
+    (scene, directory): (&Scene, &ResultDirectory),
+    simulation: &mut Simulation,
+    error: Error,
+    start: Option<&State>,
+) -> Error {
+    if matches!(error, Error::Output(_) | Error::Solve(SolveError::Start { .. })) {
+        return error;
+    }
+    let error = super::located(error, simulation.sheet(), &simulation.stepper.state.x);
+    if simulation.sheet().reduction().ranks().is_some() {
+        // The cause may be known to another rank only.
+        return error;
+    }
+    let error = diagnosed(scene, simulation, error);
+    // A first relaxation that failed leaves the shape where it stuck, which is inspected beside it.
+    if let Some(start) = start {
+        simulation.stepper.state.clone_from(start);
+    }
+    match write(scene, simulation, directory, &error) {
+        // The first failure is the one to report.
+        Err(_) => error,
+        Ok((folder, vertex)) => Error::Stopped(Failure {
+            error: Box::new(error),
+            time: simulation.stepper.state.time,
+            step: simulation.stepper.state.step,
+            vertex,
+            folder,
+        }),
+    }
+}
+
 /// `error` with its cause, where the state of `simulation` shows one that the error does not tell.
-pub(super) fn diagnosed(scene: &Scene, simulation: &mut Simulation, error: Error) -> Error {
+fn diagnosed(scene: &Scene, simulation: &mut Simulation, error: Error) -> Error {
     if !matches!(error, Error::Solve(_) | Error::Kinetics(_)) {
         return error;
     }
@@ -53,22 +86,22 @@ pub(super) fn diagnosed(scene: &Scene, simulation: &mut Simulation, error: Error
 ///
 /// # Errors
 /// A file that cannot be written. A field or a row of the report that has no value there is left out.
-pub(super) fn write(
+fn write(
     scene: &Scene,
     simulation: &mut Simulation,
     directory: &ResultDirectory,
     error: &Error,
 ) -> Result<(PathBuf, Option<usize>)> {
-    let folder = FailureFolder::begin(directory)?;
-    let blame = FailureCause::of(error, simulation);
-    let put = |name: &str, text: String| {
-        atomic::replace(&folder.file(name).0, |writer| writer.write_all(text.as_bytes()))
-    };
+    directory.forget_failure()?;
+    let folder = directory.root().join(ResultDirectory::FAILURE);
+    std::fs::create_dir_all(&folder).map_err(OutputError::write(&folder))?;
+    let blame = FailureCause::new(error, simulation);
     // The shape may be where something has no value; the rest is of use all the same.
-    let shown = state::write(&folder.file("state.vtu").0, scene, simulation).is_ok();
-    put("ledger.csv", rows::last(&directory.ledger(), simulation, error))?;
-    let shown = shown.then(|| folder.file("state.vtu").1);
-    let files = (directory, shown.as_deref());
-    put("report.md", report::of(scene, simulation, error, &blame, files))?;
-    Ok((folder.finish()?, blame.vertex))
+    let state = folder.join(ResultDirectory::LAST_GOOD_STATE);
+    let shown = state::write(&state, scene, simulation).is_ok();
+    let files = (directory, shown.then_some(&*state));
+    let text = report::text(scene, simulation, error, &blame, files);
+    let report = folder.join(ResultDirectory::FAILURE_REPORT);
+    atomic::replace(&report, |writer| writer.write_all(text.as_bytes()))?;
+    Ok((folder, blame.vertex))
 }

@@ -13,10 +13,10 @@ use crate::num::Short;
 use crate::output::ResultDirectory;
 use crate::run::{Error, Simulation, self_intersection};
 use crate::scene::Scene;
-use crate::solve::rejections::Cause;
+use crate::solve::rejections::Rejection;
 
 /// The text: of `error`, whom `blame` names, in a directory; with the path of the state, if it was written.
-pub(super) fn of(
+pub(super) fn text(
     scene: &Scene,
     simulation: &mut Simulation,
     error: &Error,
@@ -70,7 +70,7 @@ fn facts(
         let what = if blame.is_named { "where" } else { "where the residual is largest" };
         fact(what, place);
     }
-    if let Some(crossings) = self_intersection::of(simulation) {
+    if let Some(crossings) = self_intersection::describe(simulation) {
         fact("self-intersection", crossings);
     }
     text.push('\n');
@@ -156,23 +156,24 @@ fn species_terms(text: &mut String, simulation: &mut Simulation, blame: &Failure
     text.push('\n');
 }
 
-/// Causes of the last rejected step attempts.
+/// Rejected step attempts that are listed.
+const MAX_REJECTIONS: usize = 20;
+
+/// The last rejected step attempts.
 fn rejected(text: &mut String, simulation: &Simulation) {
-    let rejected: Vec<_> = simulation.stepper.workspace.rejections().last().collect();
-    let Some(last) = rejected.last() else { return };
-    let _ = writeln!(text, "## Rejected step attempts, the last {}\n", rejected.len());
-    head(text, &["cause", "attempts"]);
-    for cause in Cause::ALL {
-        let count = rejected.iter().filter(|t| t.cause == cause).count();
-        if count > 0 {
-            row(text, &[cause.name().to_owned(), count.to_string()]);
-        }
+    let all: Vec<&Rejection> = simulation.stepper.workspace.rejections().last().collect();
+    if all.is_empty() {
+        return;
     }
-    let _ = writeln!(
-        text,
-        "\nledger.csv lists them, with lengths and messages; the last are of step {}.\n",
-        last.step
-    );
+    let _ = writeln!(text, "## The last rejected step attempts\n");
+    head(text, &["step", "time", "length", "cause", "message"]);
+    for Rejection { step, time, length, cause, message, .. } in
+        &all[all.len().saturating_sub(MAX_REJECTIONS)..]
+    {
+        let numbers = [step.to_string(), time.to_string(), format!("{length:.3e}")];
+        row(text, &[&numbers[..], &[cause.name().to_owned(), message.clone()]].concat());
+    }
+    text.push('\n');
 }
 
 /// What to type.
@@ -186,16 +187,12 @@ fn commands(
     let _ = writeln!(text, "## To look, and to try again\n\n```sh");
     let resolved = quoted(&run.resolved());
     if let Some(state) = state.map(quoted) {
-        let _ = writeln!(text, "paraview {state}");
-        let _ = writeln!(text, "rumple inspect {resolved} --state {state}");
-        if !scene.effects.is_empty() {
-            let _ = writeln!(text, "rumple inspect {resolved} --state {state} --stability");
-        }
+        let stability = if scene.effects.is_empty() { "" } else { " --stability" };
+        let _ = writeln!(text, "rumple inspect {resolved} --state {state}{stability}");
         let _ =
             writeln!(text, "rumple run {resolved} --from {state} --start-time {time} --out again");
     }
-    let _ = writeln!(text, "rumple resume {}", quoted(run.root()));
-    let _ = writeln!(text, "```\n");
+    let _ = writeln!(text, "rumple resume {}\n```\n", quoted(run.root()));
     let _ = writeln!(
         text,
         "`resume` repeats the step that failed, from the last checkpoint. `run --from` begins with the last good state; \

@@ -12,47 +12,39 @@ const LEGEND: [&str; 5] = [
     "unstable (dashed): some disturbances grow",
 ];
 const STABLE: usize = 0;
-pub(super) const FOLD: usize = 1;
-pub(super) const BIFURCATION: usize = 2;
-pub(super) const SINGULARITY: usize = 3;
+const FOLD: usize = 1;
+const BIFURCATION: usize = 2;
+const SINGULARITY: usize = 3;
 const UNSTABLE: usize = 4;
 
 /// The diagram of `rows`; `key` is the title of the parameter, `measure` the title of a measure with its column.
 pub(super) fn blocks(rows: &[Row], key: &str, (measure, column): (&str, usize)) -> [Block; 1] {
-    let measured = |row: &Row| row.measures[column];
-    let used: Vec<usize> = curves(rows, measured).map(|curve| curve.name).collect();
-    // The guide stays, as the last one.
-    let shown = (0..LEGEND.len()).filter(|name| used.contains(name) || *name == UNSTABLE);
-    let shown: Vec<usize> = shown.collect();
-    let renamed = |curve: Curve| {
-        let name = shown.iter().position(|name| *name == curve.name).unwrap_or_default();
-        Curve { name, ..curve }
-    };
-    let panel = |title: &str, curves: &mut dyn Iterator<Item = Curve>| Panel {
+    let panel = |title: &str, curves: Vec<Curve>| Panel {
         title: title.to_owned(),
         across: key.to_owned(),
-        curves: curves.map(renamed).collect(),
+        curves,
         ..Panel::default()
     };
-    let figure = Figure {
-        names: shown.iter().map(|name| LEGEND[*name].to_owned()).collect(),
-        guides: 1,
-        marks: [(FOLD, Mark::Triangle), (BIFURCATION, Mark::Square), (SINGULARITY, Mark::Diamond)]
-            .into_iter()
-            .filter_map(|(name, mark)| Some((shown.iter().position(|n| *n == name)?, mark)))
-            .collect(),
-        panels: vec![
-            panel(measure, &mut curves(rows, measured)),
-            panel("energy [energy]", &mut curves(rows, |row| row.energy)),
-        ],
-    };
+    let panels = vec![
+        panel(measure, curves(rows, |row: &Row| row.measures[column])),
+        panel("energy [energy]", curves(rows, |row| row.energy)),
+    ];
+    // The legend leaves empty names out; the guide stays.
+    let used = |name: usize| panels[0].curves.iter().any(|curve| curve.name == name);
+    let names = (0..LEGEND.len()).map(|name| match used(name) || name == UNSTABLE {
+        true => LEGEND[name].to_owned(),
+        false => String::new(),
+    });
+    let marks =
+        vec![(FOLD, Mark::Triangle), (BIFURCATION, Mark::Square), (SINGULARITY, Mark::Diamond)];
+    let figure = Figure { names: names.collect(), guides: 1, marks, panels };
     let caption = format!("Branches of equilibria: {measure} and the energy against {key}.");
     [Block::Plot(Plot { name: "branch".to_owned(), caption, figure })]
 }
 
 /// Lines and marks of one number of the rows.
-fn curves(rows: &[Row], value: impl Fn(&Row) -> f64 + Copy) -> impl Iterator<Item = Curve> {
-    lines(rows, value).into_iter().chain(marks(rows, value))
+fn curves(rows: &[Row], value: impl Fn(&Row) -> f64 + Copy) -> Vec<Curve> {
+    [lines(rows, value), marks(rows, value)].concat()
 }
 
 /// Pieces of branches, which end where their stability changes.

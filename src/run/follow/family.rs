@@ -10,7 +10,7 @@ use super::key::Key;
 use super::refusals::OPTION_NAME;
 use crate::kinetics::PluginSearch;
 use crate::model::{Model, Potential, State};
-use crate::run::{Error, Result, prepare};
+use crate::run::{Error, Result, setup};
 use crate::scene::Scene;
 use crate::sheet::Sheet;
 use crate::solve::continuation::{Family, ReactingFamily, Unknowns, imbalance};
@@ -38,7 +38,7 @@ impl SceneFamily {
         let over = self.key.set(parameter);
         let scene = Scene::varied_by(&self.file, &self.set, &over, OPTION_NAME)?;
         let with = (&self.search, &self.tally);
-        let (model, state) = prepare::model(&scene, &self.sheet, with)?;
+        let (model, state) = setup::model(&scene, &self.sheet, with)?;
         Ok((model, State { time: self.time_at(parameter), ..state }))
     }
 

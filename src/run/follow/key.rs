@@ -4,8 +4,7 @@ use std::path::Path;
 
 use toml::Value;
 
-use super::refusals;
-use crate::run::follow::refusals::OPTION_NAME;
+use super::refusals::OPTION_NAME;
 use crate::run::{Error, Result};
 use crate::scene::{Scene, path_to};
 
@@ -50,9 +49,6 @@ impl Key {
             return Ok(Self { value: Some(0.0), ..key });
         }
         let scene = Scene::load(file, set)?;
-        if let Some(error) = refusals::misplaced(&scene, path) {
-            return Err(error);
-        }
         let over = key.set(value);
         let target =
             Scene::overridden_keys_by(file, set, &over, OPTION_NAME)?.pop().unwrap_or_default();
@@ -61,60 +57,34 @@ impl Key {
             let help = "rumple sweep runs the scene over such a key";
             return Err(scene.error_at(&target, message, Some(help)).into());
         }
-        refusals::check_key(&scene, &target)?;
         key.target.clone_from(&target);
         let found = leaves(&scene)?;
-        let own = found.iter().find(|(path, _)| *path == target);
-        match own {
-            Some((_, Value::Float(value))) => key.value = Some(*value),
-            Some((_, other)) => {
-                return Err(not_a_number(&scene, &target, &describe(other), &found));
+        let within = |path: &str| {
+            path.strip_prefix(&*target).is_some_and(|rest| rest.starts_with(['.', '[']))
+        };
+        let what = match found.iter().find(|(path, _)| *path == target) {
+            Some((_, Value::Float(value))) => {
+                key.value = Some(*value);
+                return Ok(key);
             }
+            Some((_, Value::Integer(value))) => {
+                format!("{value}, a whole number that cannot change little by little")
+            }
+            Some((_, Value::String(text))) => format!("the text {text:?}"),
+            Some((_, other)) => other.to_string(),
+            None if found.iter().any(|(path, _)| within(path)) => "a table or a list".to_owned(),
             None => {
-                let inside = |path: &str| path.strip_prefix(&target).is_some_and(is_inside);
-                if found.iter().any(|(path, _)| inside(path)) {
-                    return Err(not_a_number(&scene, &target, "a table or a list", &found));
-                }
                 // A key that the scene can have, and leaves out; or one that it cannot have.
                 Scene::varied_by(file, set, &over, OPTION_NAME)?;
+                return Ok(key);
             }
-        }
-        Ok(key)
+        };
+        let mut numbers = found.iter().filter(|(_, value)| value.is_float()).map(|(path, _)| path);
+        let nearest = numbers.find(|path| within(path)).map_or("material.thickness", |path| path);
+        let message = format!("it is {what}; a branch is followed along a number");
+        let help = format!("name a number, as {nearest}");
+        Err(scene.error_at(&target, &message, Some(&help)).into())
     }
-}
-
-/// Whether a path continues into a part of its prefix.
-fn is_inside(rest: &str) -> bool {
-    rest.starts_with(['.', '['])
-}
-
-fn describe(value: &Value) -> String {
-    match value {
-        Value::Integer(value) => {
-            format!("{value}, a whole number that cannot change little by little")
-        }
-        Value::String(text) => format!("the text {text:?}"),
-        other => format!("{other}"),
-    }
-}
-
-/// That `target` is `what` and not a number, with those that there are.
-fn not_a_number(scene: &Scene, target: &str, what: &str, found: &[(String, Value)]) -> Error {
-    let numbers = found.iter().filter(|(path, value)| value.is_float() && is_usual(path));
-    let numbers: Vec<&str> = numbers.map(|(path, _)| path.as_str()).collect();
-    let within = |path: &&&str| path.strip_prefix(target).is_some_and(is_inside);
-    let nearest = numbers.iter().find(within).copied();
-    let help = match nearest {
-        Some(part) => format!("name one of its numbers, as {part}"),
-        None => format!("numbers of material and effects: {}", numbers.join(", ")),
-    };
-    let message = format!("it is {what}; a branch is followed along a number");
-    scene.error_at(target, &message, Some(&help)).into()
-}
-
-/// Whether a path is one that branches are followed along: of the material or of an effect, and not of a region.
-fn is_usual(path: &str) -> bool {
-    (path.starts_with("material.") || path.starts_with("effect[")) && !path.contains(".where.")
 }
 
 /// Every value of `scene` that is neither a table nor a list, with its path.

@@ -41,57 +41,29 @@ pub struct Directions {
 }
 
 impl Measure {
-    /// Those of every sheet.
-    pub const ALL: [Self; 10] = [
-        Self::Mode,
-        Self::Load,
-        Self::Displacement,
-        Self::Mean(0),
-        Self::Mean(1),
-        Self::Mean(2),
-        Self::Height,
-        Self::Area,
-        Self::Volume,
-        Self::Species(0),
+    /// Those of every sheet, with their names on the command line and their titles with units.
+    pub const ALL: [(Self, &str, &str); 10] = [
+        (Self::Mode, "along-mode", "amplitude of the critical mode"),
+        (Self::Load, "along-load", "mean displacement along the load [length]"),
+        (Self::Displacement, "displacement", "largest displacement [length]"),
+        (Self::Mean(0), "mean-x", "mean displacement along x [length]"),
+        (Self::Mean(1), "mean-y", "mean displacement along y [length]"),
+        (Self::Mean(2), "mean-z", "mean displacement along z [length]"),
+        (Self::Height, "height", "height [length]"),
+        (Self::Area, "area", "area [length^2]"),
+        (Self::Volume, "volume", "volume [length^3]"),
+        (Self::Species(0), "species", "mean of a species"),
     ];
 
-    /// Its name on the command line.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Mode => "along-mode",
-            Self::Load => "along-load",
-            Self::Displacement => "displacement",
-            Self::Mean(0) => "mean-x",
-            Self::Mean(1) => "mean-y",
-            Self::Mean(_) => "mean-z",
-            Self::Height => "height",
-            Self::Area => "area",
-            Self::Volume => "volume",
-            Self::Species(_) => "species",
-        }
-    }
-
-    /// Its title, with the unit.
+    /// Its title, with the unit; that of a species has no name.
     #[must_use]
     pub fn title(self) -> &'static str {
-        match self {
-            Self::Mode => "amplitude of the critical mode",
-            Self::Load => "mean displacement along the load [length]",
-            Self::Displacement => "largest displacement [length]",
-            Self::Mean(0) => "mean displacement along x [length]",
-            Self::Mean(1) => "mean displacement along y [length]",
-            Self::Mean(_) => "mean displacement along z [length]",
-            Self::Height => "height [length]",
-            Self::Area => "area [length^2]",
-            Self::Volume => "volume [length^3]",
-            Self::Species(_) => "mean of a species",
-        }
+        Self::ALL.iter().find(|(measure, ..)| *measure == self).map_or("mean of a species", |m| m.2)
     }
 
     /// Of the shape `x`; not a number where it has none.
     #[must_use]
-    pub fn of(self, sheet: &Sheet, at: &Unknowns, directions: &Directions) -> f64 {
+    pub fn value(self, sheet: &Sheet, at: &Unknowns, directions: &Directions) -> f64 {
         let x = &at.x[..];
         let moved = || x.iter().zip(sheet.rest()).map(|(x, rest)| x - rest);
         let along = |direction: &[Vec3]| moved().zip(direction).map(|(d, v)| d.dot(v)).sum::<f64>();
@@ -134,9 +106,9 @@ impl std::str::FromStr for Measure {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        Self::ALL.into_iter().find(|measure| measure.name() == text).ok_or_else(|| {
-            let names: Vec<&str> = Self::ALL.iter().map(|measure| measure.name()).collect();
-            format!("expected one of {}", names.join(", "))
+        let found = Self::ALL.iter().find(|(_, name, _)| *name == text).map(|found| found.0);
+        found.ok_or_else(|| {
+            format!("expected one of {}", Self::ALL.map(|(_, name, _)| name).join(", "))
         })
     }
 }

@@ -26,9 +26,9 @@ use std::sync::Arc;
 use self::family::SceneFamily;
 use self::key::Key;
 pub use self::measures::Measure;
-use self::record::Record;
+use self::record::BranchRecord;
 pub use self::request::{FollowEvent, FollowSummary, Request};
-use super::costs::peak_resident;
+use super::process::peak_resident;
 use super::{Error, Result, Simulation, inspect, provenance};
 use crate::Vec3;
 use crate::kinetics::PluginSearch;
@@ -135,8 +135,7 @@ impl Follow {
             values.iter_mut().for_each(|c| *c += 0.01 * (c.abs() + typical));
         }
         if family.imbalance(self.from, &at)? == family.imbalance(self.request.to, &at)? {
-            let why = "no force, no pin and no rate depends on it";
-            return Err(refusals::without_effect(&self.scene, &self.key.target, why));
+            return Err(refusals::without_effect(&self.scene, &self.key.target));
         }
         Ok(())
     }
@@ -177,7 +176,7 @@ impl Follow {
             let load = load(&family, [*from, request.to], &start)?;
             let fields = (simulation.fields.clone(), &scene.output);
             let of = (&family, (&**simulation.model(), &start), load);
-            let record = Record::new(directory, fields, request, of);
+            let record = BranchRecord::new(directory, fields, request, of);
             let told = (listener, &mut found);
             let forward = request.to > *from;
             if species.is_empty() {
@@ -193,7 +192,7 @@ impl Follow {
         directory.claim().tell(|reached| {
             reached.time = simulation.state().time;
             reached.spent = spent;
-            reached.peak_resident_bytes = peak_resident(None);
+            reached.peak_resident_bytes = peak_resident();
         });
         outcome.map(|()| found)
     }

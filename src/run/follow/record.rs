@@ -50,7 +50,7 @@ fn word(event: &Event) -> &'static str {
 }
 
 /// Writes what is found of branches into a directory.
-pub(super) struct Record<'a> {
+pub(super) struct BranchRecord<'a> {
     directory: &'a ResultDirectory,
     fields: Fields,
     series: Series,
@@ -68,7 +68,7 @@ pub(super) struct Record<'a> {
     pub(super) rows: Vec<Row>,
 }
 
-impl<'a> Record<'a> {
+impl<'a> BranchRecord<'a> {
     /// In `directory`, with the `fields` of a scene in frames, of the branches of `request` in `family` that begin at `start`,
     /// where the key pushes along `load`.
     pub(super) fn new(
@@ -92,7 +92,8 @@ impl<'a> Record<'a> {
         });
         let of_shape = titles.is_some() && model.moves() && model.storage().mechanics == 0.0;
         let species = (0..start.species.len()).map(Measure::Species);
-        let measures = Measure::ALL.into_iter().filter(has).chain(species).collect();
+        let all = Measure::ALL.into_iter().map(|(measure, ..)| measure);
+        let measures = all.filter(has).chain(species).collect();
         let (compression, key) = (output.compression, request.along.clone());
         let (shown, rows, family) = (request.measure, Vec::new(), family.clone());
         let directions = Directions { mode: None, species: start.species.clone(), load };
@@ -135,7 +136,7 @@ impl<'a> Record<'a> {
         {
             self.directions.mode = Some(mode.shape.clone());
             for row in &mut self.rows {
-                row.measures[0] = Measure::Mode.of(sheet, &row.at, &self.directions);
+                row.measures[0] = Measure::Mode.value(sheet, &row.at, &self.directions);
                 row.at = Unknowns::default();
             }
         }
@@ -147,7 +148,7 @@ impl<'a> Record<'a> {
         if self.of_shape {
             text += &format!(",{}", point.negative_of_shape);
         }
-        let of = |measure: &Measure| measure.of(sheet, &point.at, &self.directions);
+        let of = |measure: &Measure| measure.value(sheet, &point.at, &self.directions);
         let measures = self.measures.iter().map(of).collect();
         let behind = format!(",{},{:e}", point.iterations, point.residual);
         let at = if self.waits_for_mode() { point.at.clone() } else { Unknowns::default() };

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::record::Record;
+use super::record::BranchRecord;
 use super::{FollowEvent, FollowSummary, Request};
 use crate::num::Short;
 use crate::run::{Error, Result};
@@ -16,7 +16,7 @@ use crate::solve::continuation::{Continuation, CriticalMode, Event, Point, Syste
 pub(super) fn walk<S: System<Error = Error>>(
     request: &Request,
     branch: Continuation<S>,
-    record: Record<'_>,
+    record: BranchRecord<'_>,
     (listener, found): (&mut dyn FnMut(FollowEvent<'_>), &mut FollowSummary),
 ) -> Result<()> {
     let mut walk = Walk { request, branch, record, listener, found };
@@ -31,7 +31,7 @@ pub(super) fn walk<S: System<Error = Error>>(
 struct Walk<'a, S: System> {
     request: &'a Request,
     branch: Continuation<S>,
-    record: Record<'a>,
+    record: BranchRecord<'a>,
     listener: &'a mut dyn FnMut(FollowEvent<'_>),
     found: &'a mut FollowSummary,
 }

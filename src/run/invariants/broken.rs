@@ -6,7 +6,7 @@ use crate::num::Short;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error(
     "{law} does not hold at time {time}: it is off by {}, and [invariants] {key} allows {}; {place}; {advice}",
-    digits(*value),
+    if value.fract() == 0.0 { Short(*value).to_string() } else { format!("{value:.3e}") },
     Short(*limit)
 )]
 pub struct BrokenInvariant {
@@ -24,9 +24,4 @@ pub struct BrokenInvariant {
     pub time: f64,
     /// What to try.
     pub advice: &'static str,
-}
-
-/// Counts as they are, other numbers with four digits.
-fn digits(value: f64) -> String {
-    if value.fract() == 0.0 { Short(value).to_string() } else { format!("{value:.3e}") }
 }

@@ -25,57 +25,35 @@
 //! works and of the fall at fixed conditions, or [`MINIMUM_RELATIVE_TURNOVER`] of the largest energy so far if that
 //! is more. The imbalance of a run is then at most the limit times what it turns over.
 
-use super::{Invariant, InvariantValue, Step};
+use super::{InspectedStep, Monitor, Reading};
 use crate::Vec3;
 use crate::model::{Evaluation, Model, State};
 use crate::parallel;
 use crate::run::Result;
 use crate::scene::Scene;
-use crate::solve::Workspace;
 
 /// Least turnover that the imbalance of a step is divided by, relative to the largest energy so far.
 const MINIMUM_RELATIVE_TURNOVER: f64 = 1e-6;
 
-/// The law. It remembers [`EnergyTotals`].
-pub(super) struct EnergyBalance {
-    /// Whether the shape moves under drag.
-    drag: bool,
-    /// Whether effects read species.
-    species: bool,
-    /// Whether effects, pins or constraints change with time.
-    loads: bool,
-    pins: bool,
-    constraints: bool,
-}
+/// The works, in the order of the ledger.
+const WORKS: [&str; 6] = [
+    "work against drag",
+    "work of growth",
+    "work of species",
+    "work of loads",
+    "work of pins",
+    "work of constraints",
+];
+const DRAG: usize = 0;
+const GROWTH: usize = 1;
+const SPECIES: usize = 2;
+const LOADS: usize = 3;
+const PINS: usize = 4;
+const CONSTRAINTS: usize = 5;
 
-/// Works since the start, the imbalance, and the largest energy.
-#[derive(Debug, Clone, Copy, Default)]
-struct EnergyTotals {
-    drag: f64,
-    growth: f64,
-    species: f64,
-    loads: f64,
-    pins: f64,
-    constraints: f64,
-    imbalance: f64,
-    largest: f64,
-}
-
-impl EnergyTotals {
-    fn to_memory(self) -> Vec<f64> {
-        let Self { drag, growth, species, loads, pins, constraints, imbalance, largest } = self;
-        vec![drag, growth, species, loads, pins, constraints, imbalance, largest]
-    }
-
-    fn of(memory: &[f64]) -> Self {
-        match *memory {
-            [drag, growth, species, loads, pins, constraints, imbalance, largest] => {
-                Self { drag, growth, species, loads, pins, constraints, imbalance, largest }
-            }
-            _ => Self::default(),
-        }
-    }
-}
+/// The balance, with the works that a model can do. It remembers the works since the start, the imbalance and the largest
+/// energy.
+pub(super) struct EnergyBalance([bool; WORKS.len()]);
 
 /// Energies and constraints of the shapes x_0 and x_1 under the conditions of one state.
 struct AtConditions {
@@ -89,10 +67,9 @@ struct AtConditions {
 }
 
 impl AtConditions {
-    fn of(at: &mut Evaluation<'_>, shapes: [&[Vec3]; 2], with_gradient: bool) -> Result<Self> {
+    fn new(mut at: Evaluation<'_>, shapes: [&[Vec3]; 2], with_gradient: bool) -> Result<Self> {
         let x = &at.state().x;
         let effects = at.model().mechanics().terms().len();
-        let constrained = at.model().mechanics().is_constrained();
         let potential = at.potential()?;
         let energies = shapes.map(|x| potential.energies(x));
         let mut gradient = vec![Vec3::zeros(); if with_gradient { x.len() } else { 0 }];
@@ -100,9 +77,8 @@ impl AtConditions {
             let force = potential.force_of(k, x);
             gradient.iter_mut().zip(force).for_each(|(g, f)| *g -= f);
         }
-        let multipliers = if constrained { potential.multipliers().to_vec() } else { Vec::new() };
-        let constraints =
-            shapes.map(|x| if constrained { potential.constraint_values(x) } else { Vec::new() });
+        let multipliers = potential.multipliers().to_vec();
+        let constraints = shapes.map(|x| potential.constraint_values(x));
         Ok(Self { energies, gradient, multipliers, constraints })
     }
 
@@ -111,24 +87,20 @@ impl AtConditions {
         let [first, second] = &self.energies;
         first.iter().zip(second).map(|(a, b)| a - b).sum()
     }
+}
 
-    /// Sum of the magnitudes of the effects' energies at a shape.
-    fn energy_magnitude(&self, shape: usize) -> f64 {
-        self.energies[shape].iter().map(|u| u.abs()).sum()
-    }
+/// Sum of the magnitudes of energies.
+fn magnitude(energies: &[f64]) -> f64 {
+    energies.iter().map(|u| u.abs()).sum()
 }
 
 impl EnergyBalance {
     /// For `scene`.
     ///
     /// # Errors
-    /// A scene without an energy, or with a work that is not known, with the place.
-    pub(super) fn of(scene: &Scene, model: &Model) -> Result<Self> {
+    /// A work that is not known, with the place.
+    pub(super) fn new(scene: &Scene, model: &Model) -> Result<Self> {
         let mechanics = model.mechanics();
-        if mechanics.is_empty() {
-            let message = "no effect of the scene has an energy";
-            return Err(scene.error_at("invariants.energy", message, None).into());
-        }
         let drag = model.storage().mechanics > 0.0;
         if drag && mechanics.constraints().iter().any(|term| term.reads().time) {
             let message = "under drag the work of a constraint whose target changes with time is not accounted for: \
@@ -136,67 +108,55 @@ impl EnergyBalance {
             let help = "give the volume a stiffness in place of exact = true, or leave energy out";
             return Err(scene.error_at("invariants.energy", message, Some(help)).into());
         }
-        Ok(Self {
-            drag,
-            species: !mechanics.species().is_empty(),
-            loads: mechanics.depends_on_time(),
-            pins: mechanics.has_prescribed(),
-            constraints: mechanics.is_constrained(),
-        })
+        let (species, loads) = (!mechanics.species().is_empty(), mechanics.depends_on_time());
+        let (pins, constraints) = (mechanics.has_prescribed(), mechanics.is_constrained());
+        Ok(Self([drag, true, species, loads, pins, constraints]))
     }
 
-    fn row(&self, totals: &EnergyTotals, relative_imbalance: f64) -> Vec<f64> {
-        let parts = [
-            (self.drag, totals.drag),
-            (true, totals.growth),
-            (self.species, totals.species),
-            (self.loads, totals.loads),
-            (self.pins, totals.pins),
-            (self.constraints, totals.constraints),
-            (true, totals.imbalance),
-            (true, relative_imbalance),
-        ];
-        parts.into_iter().filter(|(listed, _)| *listed).map(|(_, value)| value).collect()
-    }
-
-    /// The works of a step as totals, and the fall of the energy at fixed conditions.
-    fn works(&self, step: &mut Step<'_>) -> Result<(EnergyTotals, f64)> {
-        let (before, after) = (step.before, step.after);
+    /// The works of a step from the state `before`, the fall of the energy at fixed conditions, and the largest energy.
+    fn works(
+        &self,
+        step: &mut InspectedStep<'_>,
+        before: &State,
+    ) -> Result<([f64; WORKS.len()], f64, f64)> {
+        let after = step.after;
         let shapes = [before.x.as_slice(), after.x.as_slice()];
-        let first = AtConditions::of(&mut step.before(), shapes, self.pins)?;
-        let last = AtConditions::of(&mut step.after(), shapes, self.pins)?;
+        let first = AtConditions::new(step.workspace.at(before), shapes, self.0[PINS])?;
+        let last = AtConditions::new(step.workspace.at(after), shapes, self.0[PINS])?;
         let model = &step.workspace.model;
-        let mechanics = model.mechanics();
-        let fall = 0.5 * (first.fall() + last.fall());
-        let mut works = EnergyTotals::default();
-        for (k, term) in mechanics.terms().iter().enumerate() {
+        let mut works = [0.0; WORKS.len()];
+        for (k, term) in model.mechanics().terms().iter().enumerate() {
             let change = |x: usize| last.energies[x][k] - first.energies[x][k];
-            let work = 0.5 * (change(0) + change(1));
-            *match (term.reads().time, term.reads().species.is_empty()) {
-                (true, _) => &mut works.loads,
-                (false, true) => &mut works.growth,
-                (false, false) => &mut works.species,
-            } += work;
+            let which = match (term.reads().time, term.reads().species.is_empty()) {
+                (true, _) => LOADS,
+                (false, true) => GROWTH,
+                (false, false) => SPECIES,
+            };
+            works[which] += 0.5 * (change(0) + change(1));
         }
-        works.drag = match self.drag {
+        works[DRAG] = match self.0[DRAG] {
             true => against_drag(model, before, after),
             false => step.dissipated,
         };
-        if self.pins {
-            works.pins = parallel::sum(before.x.len(), |i| {
-                let (moved, pins) = (after.x[i] - before.x[i], mechanics.pins()[i]);
+        if self.0[PINS] {
+            works[PINS] = parallel::sum(before.x.len(), |i| {
+                let (moved, pins) = (after.x[i] - before.x[i], model.mechanics().pins()[i]);
                 let pull = 0.5 * (first.gradient[i] + last.gradient[i]);
                 (0..3).filter(|a| pins[*a]).map(|a| pull[a] * moved[a]).sum()
             });
         }
         for (k, (a, b)) in first.multipliers.iter().zip(&last.multipliers).enumerate() {
             let change = |g: &[Vec<f64>; 2]| g[1][k] - g[0][k];
-            works.constraints +=
+            works[CONSTRAINTS] +=
                 0.25 * (a + b) * (change(&first.constraints) + change(&last.constraints));
         }
-        works.imbalance = fall + works.pins + works.constraints - works.drag;
-        works.largest = first.energy_magnitude(0).max(last.energy_magnitude(1));
-        Ok((works, fall))
+        let largest = magnitude(&first.energies[0]).max(magnitude(&last.energies[1]));
+        Ok((works, 0.5 * (first.fall() + last.fall()), largest))
+    }
+
+    /// The listed ones of `works`.
+    fn listed<T>(&self, works: impl IntoIterator<Item = T>) -> impl Iterator<Item = T> {
+        works.into_iter().zip(self.0).filter(|(_, listed)| *listed).map(|(work, _)| work)
     }
 }
 
@@ -213,72 +173,47 @@ fn against_drag(model: &Model, before: &State, after: &State) -> f64 {
     })
 }
 
-impl Invariant for EnergyBalance {
-    fn name(&self) -> String {
-        "the balance of the energy (share of what the step turns over)".into()
-    }
-
-    fn advice(&self) -> &'static str {
-        "the integrator leaves this error: try a smaller time.integrator.rtol or step, a method of second order \
-         (staggered with method = \"heun\", shape = \"sdirk2\"), or a larger limit"
+impl Monitor for EnergyBalance {
+    fn law(&self) -> (String, &'static str) {
+        let advice = "the integrator leaves this error: try a smaller time.integrator.rtol or step, a method of second \
+                      order (staggered with method = \"heun\", shape = \"sdirk2\"), or a larger limit";
+        ("the balance of the energy (share of what the step turns over)".into(), advice)
     }
 
     fn columns(&self) -> Vec<String> {
-        let all = [
-            (self.drag, "work against drag [energy]"),
-            (true, "work of growth [energy]"),
-            (self.species, "work of species [energy]"),
-            (self.loads, "work of loads [energy]"),
-            (self.pins, "work of pins [energy]"),
-            (self.constraints, "work of constraints [energy]"),
-            (true, "energy imbalance [energy]"),
-            (true, "relative energy imbalance of the step"),
-        ];
-        all.into_iter().filter(|(listed, _)| *listed).map(|(_, name)| name.to_owned()).collect()
+        let works = self.listed(WORKS).map(|name| format!("{name} [energy]"));
+        let more = ["energy imbalance [energy]", "relative energy imbalance of the step"];
+        works.chain(more.map(str::to_owned)).collect()
     }
 
     fn sees_every_step(&self) -> bool {
         true
     }
 
-    fn begin(&mut self, workspace: &mut Workspace, state: &State) -> Result<InvariantValue> {
-        let energies = workspace.at(state).energies()?;
-        let largest = energies.iter().map(|u| u.abs()).sum();
-        let totals = EnergyTotals { largest, ..EnergyTotals::default() };
-        let row = self.row(&totals, 0.0);
-        Ok(InvariantValue { row, value: 0.0, place: String::new(), memory: totals.to_memory() })
-    }
-
-    fn inspect(&mut self, step: &mut Step<'_>, memory: &[f64]) -> Result<InvariantValue> {
-        let totals = EnergyTotals::of(memory);
-        let (now, fall) = self.works(step)?;
-        let EnergyTotals { drag, growth, species, loads, pins, constraints, imbalance, largest } =
-            now;
-        let largest = largest.max(totals.largest);
-        let works = [drag, growth, species, loads, pins, constraints, fall];
-        let turned: f64 = works.iter().map(|work| work.abs()).sum();
+    fn inspect(&mut self, step: &mut InspectedStep<'_>, memory: &mut Vec<f64>) -> Result<Reading> {
+        let Some(before) = step.before else {
+            let largest = magnitude(&step.workspace.at(step.after).energies()?);
+            *memory = [vec![0.0; WORKS.len() + 1], vec![largest]].concat();
+            let row = vec![0.0; self.columns().len()];
+            return Ok(Reading { row, value: 0.0, place: String::new() });
+        };
+        let (works, fall, largest) = self.works(step, before)?;
+        let imbalance = fall + works[PINS] + works[CONSTRAINTS] - works[DRAG];
+        let largest = memory.pop().unwrap_or_default().max(largest);
+        let now = works.iter().chain([&imbalance]);
+        memory.iter_mut().zip(now).for_each(|(total, now)| *total += now);
+        let turned = magnitude(&works) + fall.abs();
         let allowed = turned.max(MINIMUM_RELATIVE_TURNOVER * largest);
         let value = if imbalance == 0.0 { 0.0 } else { imbalance.abs() / allowed };
+        let [drag, growth, species, loads, pins, constraints] = works;
         let place = format!(
             "in this step the energy falls by {fall:.3e} at fixed conditions, drag takes up {drag:.3e}, pins and \
              constraints do {:.3e}, growth {growth:.3e}, species {species:.3e}, loads {loads:.3e}",
             pins + constraints
         );
-        let totals = EnergyTotals {
-            drag: totals.drag + drag,
-            growth: totals.growth + growth,
-            species: totals.species + species,
-            loads: totals.loads + loads,
-            pins: totals.pins + pins,
-            constraints: totals.constraints + constraints,
-            imbalance: totals.imbalance + imbalance,
-            largest,
-        };
-        Ok(InvariantValue {
-            row: self.row(&totals, value),
-            value,
-            place,
-            memory: totals.to_memory(),
-        })
+        let totals = self.listed(memory.iter().copied());
+        let row = totals.chain([memory[WORKS.len()], value]).collect();
+        memory.push(largest);
+        Ok(Reading { row, value, place })
     }
 }

@@ -1,164 +1,122 @@
-//! The invariants that a scene lists: what they say of every step, and the limits that end a run.
+//! The monitors that a scene lists: what they say of every step, and the limits that end a run.
 
 use serde::{Deserialize, Serialize};
 
-use super::crossings::NoCrossings;
 use super::energy::EnergyBalance;
-use super::forces::FreeBalance;
-use super::topology::GaussBonnet;
+use super::shape::{FreeBalance, GaussBonnet, NoCrossings};
 use super::totals::Total;
-use super::{BrokenInvariant, Invariant, InvariantValue, Step};
+use super::{BrokenInvariant, InspectedStep, Monitor, Reading};
 use crate::Stepper;
 use crate::model::State;
 use crate::record::Malformed;
-use crate::run::{Error, Result};
+use crate::run::Result;
 use crate::scene::{Bound, InvariantsSpec, Scene, path_to};
 use crate::solve::{StepReport, Workspace};
 
-/// The invariants that a scene lists.
-pub(crate) struct Invariants {
-    every: u64,
-    all: Vec<Listed>,
-    /// Whether the start has been seen.
-    begun: bool,
-}
-
-/// What later steps depend on.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub(crate) struct Memory {
-    begun: bool,
-    /// Of every invariant its memory, and its largest value with when.
-    invariants: Vec<(Vec<f64>, (f64, f64))>,
-}
-
-/// An invariant with what is asked of it and what it has said.
+/// A monitor with its key in the scene and the limit.
 struct Listed {
     key: String,
     limit: Option<f64>,
-    invariant: Box<dyn Invariant>,
+    monitor: Box<dyn Monitor>,
+}
+
+/// What is known of a law up to a step.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(crate) struct Seen {
     row: Vec<f64>,
     memory: Vec<f64>,
-    /// Largest value so far, and when.
+    /// Largest value, and when.
     worst: (f64, f64),
 }
 
-impl Listed {
-    fn new(key: &str, bound: Bound, invariant: impl Invariant + 'static) -> Self {
-        let row = vec![f64::NAN; invariant.columns().len()];
-        let (invariant, memory) = (Box::new(invariant), Vec::new());
-        Self {
-            key: key.to_owned(),
-            limit: bound.limit(),
-            invariant,
-            row,
-            memory,
-            worst: (0.0, 0.0),
-        }
-    }
-
-    /// Whether the limit is passed; a value that is none passes every limit.
-    fn breaks(&self, reading: &InvariantValue) -> bool {
-        self.limit.is_some_and(|limit| !(reading.value <= limit))
-    }
-
-    fn broken(&self, reading: InvariantValue, time: f64) -> BrokenInvariant {
-        BrokenInvariant {
-            law: self.invariant.name(),
-            key: self.key.clone(),
-            value: reading.value,
-            limit: self.limit.unwrap_or_default(),
-            place: reading.place,
-            time,
-            advice: self.invariant.advice(),
-        }
-    }
-
-    fn accept(&mut self, reading: InvariantValue, time: f64) {
-        if !(reading.value <= self.worst.0) {
-            self.worst = (reading.value, time);
-        }
-        (self.row, self.memory) = (reading.row, reading.memory);
-    }
+/// The monitors that a scene lists.
+pub(crate) struct Invariants {
+    every: u64,
+    all: Vec<Listed>,
+    /// Of each what it has seen; empty before the start.
+    seen: Vec<Seen>,
 }
 
 impl Invariants {
     /// Those of `scene`; none without the table. `state` is one that a run may begin with.
     ///
     /// # Errors
-    /// An invariant that cannot hold for the scene, with its place there.
-    pub(crate) fn of(scene: &Scene, stepper: &mut Stepper) -> Result<Option<Self>> {
+    /// A law that cannot hold for the scene, with its place there.
+    pub(crate) fn new(scene: &Scene, stepper: &mut Stepper) -> Result<Option<Self>> {
         let Stepper { workspace, state, .. } = stepper;
         let Some(spec) = &scene.invariants else { return Ok(None) };
         let InvariantsSpec { every, energy, force, gauss_bonnet, crossings, totals } = spec;
-        let mut all = Vec::new();
         let model = workspace.model.clone();
-        let needs_space = |key: &str| {
-            let message = "a point has no shape";
-            let path = format!("invariants.{key}");
-            let none = model.sheet().triangles().is_empty();
-            if none { Err(Error::Scene(scene.error_at(&path, message, None))) } else { Ok(()) }
+        let mut all = Vec::new();
+        let mut list = |key: &str, bound: Bound, monitor: Box<dyn Monitor>| {
+            all.push(Listed { key: key.to_owned(), limit: bound.limit(), monitor });
         };
+        // What needs a sheet, and what an effect with an energy.
+        let refusals = [
+            (energy, "energy", Some("no effect of the scene has an energy")),
+            (force, "force", Some("no effect of the scene has a force")),
+            (gauss_bonnet, "gauss-bonnet", None),
+            (crossings, "crossings", None),
+        ];
+        for (_, key, needs_force) in refusals.iter().filter(|(bound, ..)| bound.is_some()) {
+            let point = model.sheet().triangles().is_empty().then_some("a point has no shape");
+            let free = needs_force.filter(|_| model.mechanics().is_empty());
+            if let Some(message) = point.or(free) {
+                let path = format!("invariants.{key}");
+                return Err(scene.error_at(&path, message, None).into());
+            }
+        }
         if let Some(bound) = energy {
-            needs_space("energy")?;
-            all.push(Listed::new("energy", *bound, EnergyBalance::of(scene, &model)?));
+            list("energy", *bound, Box::new(EnergyBalance::new(scene, &model)?));
         }
         for (name, bound) in totals {
-            let total = Total::of(scene, name, &model, state)?;
-            all.push(Listed::new(&path_to("totals", name), *bound, total));
+            let total = Total::new(scene, name, &model, state)?;
+            list(&path_to("totals", name), *bound, Box::new(total));
         }
         if let Some(bound) = force {
-            needs_space("force")?;
-            all.push(Listed::new("force", *bound, FreeBalance::of(scene, &model)?));
+            list("force", *bound, Box::new(FreeBalance));
         }
         if let Some(bound) = gauss_bonnet {
-            needs_space("gauss-bonnet")?;
-            all.push(Listed::new("gauss-bonnet", *bound, GaussBonnet));
+            list("gauss-bonnet", *bound, Box::new(GaussBonnet));
         }
         if let Some(bound) = crossings {
-            needs_space("crossings")?;
-            all.push(Listed::new("crossings", *bound, NoCrossings::of(model.sheet())));
+            list("crossings", *bound, Box::new(NoCrossings::new(model.sheet())));
         }
-        let every = every.get() as u64;
-        Ok(Some(Self { every, all, begun: false }))
+        Ok(Some(Self { every: every.get() as u64, all, seen: Vec::new() }))
     }
 
     /// Their columns of the ledger.
     pub(crate) fn columns(&self) -> Vec<String> {
-        self.all.iter().flat_map(|listed| listed.invariant.columns()).collect()
+        self.all.iter().flat_map(|listed| listed.monitor.columns()).collect()
     }
 
     /// What they say of the last accepted state; not a number where they have not looked.
     pub(crate) fn row(&self) -> Vec<f64> {
-        self.all.iter().flat_map(|listed| &listed.row).copied().collect()
+        match self.seen.is_empty() {
+            true => vec![f64::NAN; self.columns().len()],
+            false => self.seen.iter().flat_map(|seen| &seen.row).copied().collect(),
+        }
     }
 
     /// The largest value of each, in words.
     pub(crate) fn worst(&self) -> Vec<String> {
-        let words = |listed: &Listed| {
-            let (value, time) = listed.worst;
-            let limit = listed.limit.map(|limit| format!(", limit {limit:e}"));
-            let key = &listed.key;
-            format!("{key}: at most {value:.1e} (time {time}{})", limit.unwrap_or_default())
+        let words = |(listed, seen): (&Listed, &Seen)| {
+            let (value, time) = seen.worst;
+            let limit = listed.limit.map_or(String::new(), |limit| format!(", limit {limit:e}"));
+            format!("{}: at most {value:.1e} (time {time}{limit})", listed.key)
         };
-        self.all.iter().map(words).collect()
+        self.all.iter().zip(&self.seen).map(words).collect()
     }
 
     /// Inspects the state that a run begins with, once.
     ///
     /// # Errors
-    /// [`BrokenInvariant`] if that breaks an invariant.
+    /// [`BrokenInvariant`] if that breaks a law.
     pub(crate) fn begin(&mut self, workspace: &mut Workspace, state: &State) -> Result<()> {
-        if self.begun {
-            return Ok(());
+        if self.seen.is_empty() {
+            let start = InspectedStep { workspace, before: None, after: state, dissipated: 0.0 };
+            self.seen = self.inspect(start, vec![Seen::default(); self.all.len()])?;
         }
-        for listed in &mut self.all {
-            let reading = listed.invariant.begin(workspace, state)?;
-            if listed.breaks(&reading) {
-                return Err(listed.broken(reading, state.time).into());
-            }
-            listed.accept(reading, state.time);
-        }
-        self.begun = true;
         Ok(())
     }
 
@@ -172,67 +130,59 @@ impl Invariants {
         let (before, memory) = (stepper.state.clone(), stepper.integrator.memory());
         let Stepper { workspace, state, integrator, .. } = stepper;
         let report = integrator.advance(workspace, state, until)?;
-        let inspected = self.inspect(workspace, (&before, state), report.relaxation.dissipated);
-        if let Err(error) = inspected {
-            *state = before;
-            // What cannot be written restarts.
-            integrator.renew();
-            let restored = integrator.restore(&memory, state.x.len());
-            debug_assert!(restored.is_ok(), "it has written this itself");
-            return Err(error);
+        let dissipated = report.relaxation.dissipated;
+        let step = InspectedStep { workspace, before: Some(&before), after: state, dissipated };
+        match self.inspect(step, self.seen.clone()) {
+            Ok(seen) => self.seen = seen,
+            Err(error) => {
+                *state = before;
+                // What cannot be written restarts.
+                integrator.renew();
+                let restored = integrator.restore(&memory, state.x.len());
+                debug_assert!(restored.is_ok(), "it has written this itself");
+                return Err(error);
+            }
         }
         Ok(report)
     }
 
-    /// Inspects what happened between two states, and takes it over where no limit is passed.
-    fn inspect(
-        &mut self,
-        workspace: &mut Workspace,
-        (before, after): (&State, &State),
-        dissipated: f64,
-    ) -> Result<()> {
-        let due = after.step.is_multiple_of(self.every);
-        let mut all = Vec::with_capacity(self.all.len());
-        for listed in &mut self.all {
-            if !due && !listed.invariant.sees_every_step() {
-                all.push(None);
+    /// What is known after `step`, where `seen` is known before it and no limit is passed.
+    fn inspect(&mut self, mut step: InspectedStep<'_>, mut seen: Vec<Seen>) -> Result<Vec<Seen>> {
+        let (time, due) = (step.after.time, step.after.step.is_multiple_of(self.every));
+        for (listed, seen) in self.all.iter_mut().zip(&mut seen) {
+            if !due && step.before.is_some() && !listed.monitor.sees_every_step() {
+                seen.row.fill(f64::NAN);
                 continue;
             }
-            let mut step = Step { workspace: &mut *workspace, before, after, dissipated };
-            let reading = listed.invariant.inspect(&mut step, &listed.memory)?;
-            if listed.breaks(&reading) {
-                return Err(listed.broken(reading, after.time).into());
+            let Reading { row, value, place } =
+                listed.monitor.inspect(&mut step, &mut seen.memory)?;
+            // A value that is none passes every limit.
+            if let Some(limit) = listed.limit.filter(|limit| !(value <= *limit)) {
+                let (law, advice) = listed.monitor.law();
+                let key = listed.key.clone();
+                return Err(BrokenInvariant { law, key, value, limit, place, time, advice }.into());
             }
-            all.push(Some(reading));
-        }
-        for (listed, reading) in self.all.iter_mut().zip(all) {
-            match reading {
-                Some(reading) => listed.accept(reading, after.time),
-                None => listed.row.fill(f64::NAN),
+            if !(value <= seen.worst.0) {
+                seen.worst = (value, time);
             }
+            seen.row = row;
         }
-        Ok(())
+        Ok(seen)
     }
 
     /// What later steps depend on.
-    pub(crate) fn memory(&self) -> Memory {
-        let invariants =
-            self.all.iter().map(|listed| (listed.memory.clone(), listed.worst)).collect();
-        Memory { begun: self.begun, invariants }
+    pub(crate) fn memory(&self) -> Vec<Seen> {
+        self.seen.clone()
     }
 
     /// Takes over the memory of those of the same scene.
     ///
     /// # Errors
     /// [`Malformed`] for anything else.
-    pub(crate) fn restore(&mut self, memory: Memory) -> Result<(), Malformed> {
-        if memory.invariants.len() != self.all.len() {
-            return Err(Malformed);
-        }
-        self.begun = memory.begun;
-        for (listed, (memory, worst)) in self.all.iter_mut().zip(memory.invariants) {
-            (listed.memory, listed.worst) = (memory, worst);
-        }
-        Ok(())
+    pub(crate) fn restore(&mut self, memory: Vec<Seen>) -> Result<(), Malformed> {
+        let columns = self.all.iter().map(|listed| listed.monitor.columns().len());
+        let same = memory.is_empty() || memory.iter().map(|seen| seen.row.len()).eq(columns);
+        self.seen = memory;
+        if same { Ok(()) } else { Err(Malformed) }
     }
 }

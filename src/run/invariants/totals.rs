@@ -4,24 +4,16 @@
 //! T = Σ_s w_s Σ_i A_i c_s,i,     value = |T - T(0)| / largest Σ |w_s| A_i |c_s,i| so far
 //! ```
 //!
-//! The areas A_i are those of the rest state for an amount, and for a concentration those of the surface that diffusion
-//! conserves it on: the current one of a sheet that does not move, or that of rest where `metric = "rest"`.
-//! At a vertex they are a third of the triangles around it, as in diffusion and in the ledger.
+//! The areas A_i are the current ones for a concentration on a sheet that does not move, and else those of the rest
+//! state. At a vertex they are a third of the triangles around it, as in diffusion and in the ledger.
 
-use super::{Invariant, InvariantValue, Step};
-use crate::Vec3;
+use super::{InspectedStep, Monitor, Reading};
 use crate::effects::Measure;
-use crate::geometry::Face;
-use crate::kinetics::{Descriptor, Location};
-use crate::model::{Chemistry, Model, State, Surface};
-use crate::num::real;
+use crate::kinetics::Descriptor;
+use crate::model::{Model, State};
 use crate::run::Result;
+use crate::run::ledger_row::point_areas;
 use crate::scene::{Scene, path_to};
-use crate::sheet::Sheet;
-use crate::solve::Workspace;
-
-/// Bound of round-off.
-const ROUND_OFF: f64 = 1e-8;
 
 /// The law of one total. It remembers the total at the start and the largest sum of sizes.
 pub(super) struct Total {
@@ -38,13 +30,21 @@ impl Total {
     ///
     /// # Errors
     /// A name that is none, with the place.
-    pub(super) fn of(scene: &Scene, name: &str, model: &Model, state: &State) -> Result<Self> {
+    pub(super) fn new(scene: &Scene, name: &str, model: &Model, state: &State) -> Result<Self> {
         let path = path_to("invariants.totals", name);
         let Some(chemistry) = model.chemistry() else {
             return Err(scene.error_at(&path, "the scene has no species", None).into());
         };
         let species = parsed(scene, &path, name, chemistry.descriptor())?;
-        let (share, unit) = areas(model, chemistry, &species, state);
+        let sheet = model.sheet();
+        let still = !model.moves() && chemistry.measure() == Measure::Concentration;
+        let (share, unit) = match sheet.triangles().is_empty() {
+            true => (vec![1.0; state.x.len()], "concentration"),
+            false => {
+                let x = if still { &state.x[..] } else { sheet.rest() };
+                (point_areas(chemistry, sheet, x), "amount")
+            }
+        };
         Ok(Self { name: name.to_owned(), species, share, unit })
     }
 
@@ -59,18 +59,6 @@ impl Total {
             }
         }
         sums
-    }
-
-    fn reading(&self, state: &State, memory: Option<&[f64]>) -> InvariantValue {
-        let [now, size] = self.sums(state);
-        let (start, largest) = match memory {
-            Some(&[start, largest]) => (start, size.max(largest)),
-            _ => (now, size),
-        };
-        let change = now - start;
-        let value = if change == 0.0 { 0.0 } else { change.abs() / largest };
-        let place = format!("the total was {start:.6e} at the start and changes by {change:.3e}");
-        InvariantValue { row: vec![change], value, place, memory: vec![start, largest] }
     }
 }
 
@@ -104,88 +92,29 @@ fn parsed(
     Ok(all)
 }
 
-/// Areas that go with the points of `location` in the shape `x`; 1 for a well-mixed system.
-fn shares(sheet: &Sheet, location: Location, x: &[Vec3]) -> Vec<f64> {
-    let area = |t: &[u32; 3]| Face::of(&t.map(|v| x[v as usize])).area;
-    let areas: Vec<f64> = sheet.triangles().iter().map(area).collect();
-    match location {
-        _ if areas.is_empty() => vec![1.0; x.len()],
-        Location::Vertex => {
-            let around = |v: usize| sheet.vertex_triangles().of(v).iter();
-            let share = |v: usize| around(v).map(|&(t, _)| areas[t as usize] / 3.0).sum();
-            (0..x.len()).map(share).collect()
-        }
-        Location::Face | Location::Edge => areas,
-    }
-}
-
-/// The areas with which the transports of these species conserve their totals, those of rest if none does; and the unit
-/// of the total.
-fn areas(
-    model: &Model,
-    chemistry: &Chemistry,
-    species: &[(usize, f64)],
-    state: &State,
-) -> (Vec<f64>, &'static str) {
-    let (sheet, moves) = (model.sheet(), model.moves());
-    let shares = |x: &[Vec3]| shares(sheet, chemistry.location(), x);
-    if sheet.triangles().is_empty() {
-        return (shares(&state.x), "concentration");
-    }
-    let rest = shares(sheet.rest());
-    if !moves && chemistry.measure() == Measure::Concentration {
-        let now = shares(&state.x);
-        if species.iter().all(|(s, _)| conserves(chemistry, sheet, &state.x, *s, &now)) {
-            return (now, "amount");
-        }
-    }
-    (rest, "amount")
-}
-
-/// Whether the transports of a species conserve its total with these areas on the shape `x`.
-fn conserves(
-    chemistry: &Chemistry,
-    sheet: &Sheet,
-    x: &[Vec3],
-    species: usize,
-    share: &[f64],
-) -> bool {
-    if !chemistry.held().of(species).is_empty() {
-        return false;
-    }
-    let mut surface = Surface::default();
-    chemistry.transport(sheet, x, &mut surface);
-    let c: Vec<f64> = (0..share.len()).map(|i| 1.0 + (real(i) * 1.7).sin()).collect();
-    let mut rate = vec![0.0; c.len()];
-    for (term, operator) in chemistry.transports().iter().zip(surface.operators()) {
-        if term.species() == species {
-            term.add_rate(sheet, operator, &c, &mut rate);
-        }
-    }
-    let each = || rate.iter().zip(share).map(|(rate, share)| rate * share);
-    each().sum::<f64>().abs() <= ROUND_OFF * each().map(f64::abs).sum::<f64>()
-}
-
-impl Invariant for Total {
-    fn name(&self) -> String {
-        format!("the conservation of the total of {} (relative)", self.name)
-    }
-
-    fn advice(&self) -> &'static str {
-        "a law makes or destroys some of it, flux, exchange or hold lets it in or out, or values have been clipped at the \
-         end of their range (species.NAME.lower); on a sheet that moves the total of a concentration is not conserved, \
-         that of kinetics.measure = \"amount\" is; where it is the integrator's error, try a smaller time.integrator.rtol"
+impl Monitor for Total {
+    fn law(&self) -> (String, &'static str) {
+        let advice = "a law makes or destroys some of it, flux, exchange or hold lets it in or out, or values have been \
+                      clipped at the end of their range (species.NAME.lower); on a sheet that moves the total of a \
+                      concentration is not conserved, that of kinetics.measure = \"amount\" is; where it is the \
+                      integrator's error, try a smaller time.integrator.rtol";
+        (format!("the conservation of the total of {} (relative)", self.name), advice)
     }
 
     fn columns(&self) -> Vec<String> {
         vec![format!("change of the total of {} [{}]", self.name, self.unit)]
     }
 
-    fn begin(&mut self, _: &mut Workspace, state: &State) -> Result<InvariantValue> {
-        Ok(self.reading(state, None))
-    }
-
-    fn inspect(&mut self, step: &mut Step<'_>, memory: &[f64]) -> Result<InvariantValue> {
-        Ok(self.reading(step.after, Some(memory)))
+    fn inspect(&mut self, step: &mut InspectedStep<'_>, memory: &mut Vec<f64>) -> Result<Reading> {
+        let [now, size] = self.sums(step.after);
+        let (start, largest) = match memory[..] {
+            [start, largest] => (start, size.max(largest)),
+            _ => (now, size),
+        };
+        *memory = vec![start, largest];
+        let change = now - start;
+        let value = if change == 0.0 { 0.0 } else { change.abs() / largest };
+        let place = format!("the total was {start:.6e} at the start and changes by {change:.3e}");
+        Ok(Reading { row: vec![change], value, place })
     }
 }

@@ -101,7 +101,7 @@ pub(crate) fn state_of(parts: &[PathBuf], part: Option<&Part>) -> Option<State> 
         let (share, state) = (of_rank.share.as_ref()?, of_rank.state());
         let [on_vertices, on_faces] = places.get_or_insert_with(|| match part {
             None => share.whole.map(Places::All),
-            Some(part) => [&part.vertices, &part.triangles].map(|numbers| Places::of(numbers)),
+            Some(part) => [&part.vertices, &part.triangles].map(|numbers| Places::new(numbers)),
         });
         (made.time, made.step) = (state.time, state.step);
         if made.x.is_empty() {
@@ -129,7 +129,7 @@ enum Places {
 }
 
 impl Places {
-    fn of(numbers: &[u32]) -> Self {
+    fn new(numbers: &[u32]) -> Self {
         Self::Some(numbers.iter().enumerate().map(|(i, number)| (*number, i)).collect())
     }
 

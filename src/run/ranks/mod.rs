@@ -133,7 +133,7 @@ pub(super) struct Piece {
 
 impl Piece {
     /// That of `frame`, a frame of all that the rank has of `sheet`.
-    pub(super) fn of(sheet: &Sheet, frame: &Frame<'_>) -> Self {
+    pub(super) fn new(sheet: &Sheet, frame: &Frame<'_>) -> Self {
         let counted = sheet.reduction().owned(sheet.triangle_count());
         let mut place = vec![u32::MAX; frame.points.len()];
         let periodic = !sheet.reduction().periods().is_empty();

@@ -1,13 +1,13 @@
 //! Work-precision study: one scene by several integrators at several tolerances, against references.
 //!
 //! ```text
-//! DIR/sweep.json, members/    a sweep whose first key is which run it is: every other key makes a case
+//! DIR/sweep.json, members/    a sweep whose only key is which run it is
 //! DIR/accuracy.json           what every run is for
 //! DIR/accuracy.csv            every run: errors of every quantity, time, work
 //! DIR/accuracy.md             the report: advice and tables
 //! ```
 //!
-//! A [`Study`] plans the runs. Two of every case are references by different methods, a hundred times
+//! A [`Study`] plans the runs. Two are references by different methods, a hundred times
 //! tighter than the tightest tolerance; their distance is the noise floor of errors. From the
 //! output time on at which they diverge, on different branches of a bifurcation, distances of fields have no
 //! meaning and only measures are compared, with their spread over seeds as the yardstick.
@@ -19,7 +19,7 @@ mod quantity;
 mod reference;
 mod report;
 
-pub use plan::{DEFAULT_REPEATS, Options};
+pub use plan::StudyOptions;
 pub use quantity::Quantity;
 
 use std::path::Path;
@@ -36,7 +36,7 @@ use crate::run::Result;
 pub struct Study {
     /// Integrators, a curve each.
     pub curves: Vec<IntegratorCurve>,
-    /// The runs of every case, in the order of the first key's values.
+    /// The runs, in the order of the members.
     pub runs: Vec<Role>,
     /// Integrators and references that were left out, and why.
     pub left_out: Vec<String>,
@@ -70,10 +70,6 @@ pub enum Role {
     Reference {
         /// Integrator and tolerance that make it.
         name: String,
-        /// Its method. Two of one method do not confirm one another as well as two of different ones.
-        method: String,
-        /// Its stabilisation, if it is one of the two that differ in it.
-        stabilisation: Option<f64>,
     },
     /// The same scene with other random numbers.
     Seed {
@@ -104,23 +100,16 @@ impl Study {
         write_document(&root.join(Self::FILE), self)
     }
 
-    /// Whether the run with the values `at` of the keys is a reference.
-    fn is_reference(&self, at: &[usize]) -> bool {
-        let role = at.first().and_then(|k| self.runs.get(*k));
-        matches!(role, Some(Role::Reference { .. }))
+    /// Whether a reference completed, or may still.
+    pub(super) fn has_reference(&self, found: &[MemberResults]) -> bool {
+        let lost = |status| matches!(status, MemberStatus::Failed | MemberStatus::Killed);
+        let mut runs = self.runs.iter().zip(found);
+        runs.any(|(role, run)| matches!(role, Role::Reference { .. }) && !lost(run.status))
     }
 
-    /// Whether every case has a reference that completed, or may still.
-    pub(super) fn has_references(&self, plan: &Plan, found: &[MemberResults]) -> bool {
-        let lost =
-            |f: &MemberResults| matches!(f.status, MemberStatus::Failed | MemberStatus::Killed);
-        let references = || found.iter().filter(|f| self.is_reference(&f.at) && !lost(f));
-        plan.members.iter().all(|m| references().any(|f| f.at.get(1..) == m.at.get(1..)))
-    }
-
-    /// Gathers the errors of all runs of `plan` in `root`: the advice, a table and a plot of every case.
+    /// Gathers the errors of all runs of `plan` in `root`: the advice, a plot and a table.
     #[must_use]
     pub fn page(&self, plan: &Plan, root: &Path) -> Page {
-        report::page(self, plan, &errors::cases(self, plan, root))
+        report::page(self, plan, &errors::assess(self, plan, root))
     }
 }

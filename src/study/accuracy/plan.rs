@@ -15,9 +15,9 @@ use crate::solve::SolveError;
 use crate::study::plan::integrator::IntegratorChoice;
 use crate::study::plan::{Axis, Plan, seed_keys};
 
-/// Options of a study.
+/// StudyOptions of a study.
 #[derive(Debug, Clone)]
-pub struct Options {
+pub struct StudyOptions {
     /// Integrators, names or tables; the usual ones of the policy if there are none.
     pub integrators: Vec<String>,
     /// Tolerances.
@@ -34,10 +34,7 @@ pub struct Options {
     pub of: Option<Quantity>,
 }
 
-/// Usual number of repetitions of short runs, to time them.
-pub const DEFAULT_REPEATS: u16 = 3;
-
-impl Default for Options {
+impl Default for StudyOptions {
     fn default() -> Self {
         let tolerances = [1e-1, 1e-2, 1e-3, 1e-4].into_iter().filter_map(Positive::new).collect();
         let (integrators, references) = (Vec::new(), Vec::new());
@@ -61,8 +58,6 @@ const MIN_FORCE: f64 = 1e-12;
 const STILL_TIGHTER: f64 = 100.0;
 /// References may take so many times as long as other runs.
 const PATIENCE: u64 = 5;
-/// A run is given up that costs so many times as much as the dearest complete one: it is of no use whatever its error.
-const DEAREST: u64 = 5;
 /// Name of the first key, which chooses the run.
 const RUN: &str = "run";
 
@@ -87,14 +82,15 @@ fn usual(policy: Policy, moves: bool) -> &'static [&'static str] {
     }
 }
 
-/// By what references are made, the best first, and how much tighter than the tightest tolerance.
+/// By what references are made, the best first, and how much tighter than the tightest tolerance: the first two that go
+/// with the scene.
 const REFERENCES: [(&str, f64); 4] = [
     (r#"{ kind = "monolithic", method = "esdirk34" }"#, REFERENCE_TIGHTENING),
     (r#"{ kind = "monolithic", method = "bdf" }"#, REFERENCE_TIGHTENING),
     (r#"{ kind = "staggered" }"#, STAGGERED_REFERENCE_TIGHTENING),
     (r#"{ kind = "staggered", chemistry = "esdirk34" }"#, 0.5 * STAGGERED_REFERENCE_TIGHTENING),
 ];
-/// Those of stabilised shapes, in the place of the staggered ones: two whose stabilisations are ten times apart. The looser
+/// Those of stabilised shapes: two whose stabilisations are ten times apart. The looser
 /// stabilisation has the looser tolerance, so that their distance has both errors.
 const STABILISED_REFERENCES: [(&str, f64); 2] = [
     (r#"{ kind = "staggered" }"#, STAGGERED_REFERENCE_TIGHTENING),
@@ -104,29 +100,27 @@ const STABILISED_REFERENCES: [(&str, f64); 2] = [
 /// One run: its role, its name, what it sets.
 type Planned = (Role, String, Vec<String>);
 
-/// The scene that a study is of, with the first values of the other keys.
+/// The scene that a study is of.
 struct Base<'a> {
     scene: &'a Path,
-    set: Vec<String>,
+    set: &'a [String],
     search: &'a PluginSearch,
-    options: &'a Options,
+    options: &'a StudyOptions,
     /// Integrators and references that are left out, and why.
     left_out: Vec<String>,
 }
 
 impl Study {
-    /// The runs that `options` ask for of the scene file `scene` with `set`, in every case that `others` make,
-    /// and the sweep that makes them.
+    /// The runs that `options` ask for of the scene file `scene` with `set`, and the sweep that makes them.
     ///
     /// # Errors
-    /// Scenes that are not valid, integrators that are asked for and do not go with the scene, errors of what the scene has
+    /// A scene that is not valid, integrators that are asked for and do not go with the scene, errors of what the scene has
     /// not, tolerances that nothing meets.
     pub fn plan(
         scene: &Path,
         set: &[String],
-        others: Vec<Axis>,
         search: &PluginSearch,
-        options: &Options,
+        options: &StudyOptions,
     ) -> Result<(Self, Plan)> {
         if let Some(t) = options.tolerances.iter().find(|t| t.get() < TIGHTEST_TOLERANCE) {
             return Err(Error::Refused(format!(
@@ -134,25 +128,19 @@ impl Study {
                 Short(t.get())
             )));
         }
-        let first: Vec<String> = others.iter().flat_map(|axis| axis.overrides(0)).collect();
-        let plain = Scene::varied(scene, set, &first)?;
+        let plain = Scene::load(scene, set)?;
         let (moves, vertices, force) = size_and_tolerance(&plain, search, options.of)?;
-        let base = [set, &first].concat();
-        let mut base = Base { scene, set: base, search, options, left_out: Vec::new() };
+        let mut base = Base { scene, set, search, options, left_out: Vec::new() };
         let candidates = base.candidates(usual(plain.time.policy, moves))?;
         let mut tolerances = options.tolerances.clone();
         tolerances.sort_by(|a, b| b.get().total_cmp(&a.get()));
         let mut planned = base.points(&candidates, &tolerances)?;
         let tightest = tolerances.last().map_or(1e-4, |t| t.get());
-        let share = least_stabilisation(&plain, &others, tightest).filter(|_| moves);
-        let mut made = base.references(tightest, moves.then_some(force), share)?;
-        let goes = |sets: &[String], axis| allowed((scene, set), search, axis, sets);
-        made.retain(|(_, _, sets)| {
-            !options.references.is_empty() || others.iter().all(|axis| goes(sets, axis))
-        });
+        let share = least_stabilisation(&plain, tightest).filter(|_| moves);
+        let mut references = base.references(tightest, moves.then_some(force), share)?;
         let watch = stability_override(&plain, moves, vertices);
-        made.iter_mut().for_each(|(_, _, sets)| sets.extend(watch.clone()));
-        planned.extend(made);
+        references.iter_mut().for_each(|(_, _, sets)| sets.extend(watch.clone()));
+        planned.extend(references);
         // Neither the loosest nor the tightest.
         base.add_seeds(&plain, 1.min(tolerances.len() - 1), &mut planned)?;
         let curve = |c: &IntegratorChoice| IntegratorCurve {
@@ -167,12 +155,11 @@ impl Study {
             of: options.of,
         };
         let named = planned.into_iter().map(|(_, name, sets)| (name, sets)).collect();
-        let axes = [Axis::named(RUN, named)].into_iter().chain(others).collect();
-        let mut plan = Plan { states: true, ..Plan::new(scene, set, axes)? };
-        for member in &mut plan.members {
-            let patience = if study.is_reference(&member.at) { PATIENCE } else { 1 };
+        let mut plan = Plan::new(scene, set, vec![Axis::named(RUN, named)])?;
+        plan.states = true;
+        for (member, role) in plan.members.iter_mut().zip(&study.runs) {
+            let patience = if matches!(role, Role::Reference { .. }) { PATIENCE } else { 1 };
             member.limit = Some(patience.saturating_mul(options.limit));
-            member.dearest = Some(patience.saturating_mul(DEAREST));
         }
         Ok((study, plan))
     }
@@ -199,13 +186,10 @@ fn size_and_tolerance(
     }
 }
 
-/// The least stabilisation of runs at tolerances from `tightest`, which it follows; none where no shape is stabilised, or
-/// where `others` vary stabilisation or policy.
-fn least_stabilisation(scene: &Scene, others: &[Axis], tightest: f64) -> Option<f64> {
-    let varied = |axis: &Axis| ["time.stabilisation", "time.policy"].contains(&&*axis.key);
-    let stabilised = scene.time.policy == Policy::QuasiStatic && !others.iter().any(varied);
-    let given = scene.time.span.stabilisation.map(f64::from);
-    stabilised.then(|| given.filter(|share| *share > 0.0).unwrap_or(tightest))
+/// The least stabilisation of runs at tolerances from `tightest`, which it follows; none where no shape is stabilised.
+fn least_stabilisation(scene: &Scene, tightest: f64) -> Option<f64> {
+    let given = scene.time.span.stabilisation.map(f64::from).filter(|share| *share > 0.0);
+    (scene.time.policy == Policy::QuasiStatic).then(|| given.unwrap_or(tightest))
 }
 
 impl Quantity {
@@ -237,7 +221,7 @@ impl Base<'_> {
         };
         let mut candidates = Vec::new();
         for text in texts {
-            let choice = IntegratorChoice::read(self.scene, &self.set, text, "--integrator")?;
+            let choice = IntegratorChoice::read(self.scene, self.set, text, "--integrator")?;
             match self.fault(&choice)? {
                 Some(why) if asked => return Err(Error::Refused(format!("{text}: {why}"))),
                 Some(why) => self.left_out.push(format!("{}: {why}", choice.name)),
@@ -261,7 +245,7 @@ impl Base<'_> {
         let mut planned = Vec::new();
         for (curve, choice) in candidates.iter().enumerate() {
             for at in tolerances {
-                let sets = vec![choice.at(self.scene, &self.set, *at)?];
+                let sets = vec![choice.setting(self.scene, self.set, *at)?];
                 let tolerance = at.get();
                 let name = format!("{}, {}", choice.name, Scientific(tolerance));
                 planned.push((Role::Point { curve, tolerance }, name, sets));
@@ -286,9 +270,7 @@ impl Base<'_> {
                 let larger = REFERENCE_STABILISATION_RATIO * share.min(tightest);
                 let shares = [REFERENCE_STABILISATION_RATIO * larger, larger];
                 let pair = STABILISED_REFERENCES.iter().zip(shares);
-                let pair = pair.map(|((text, tighter), share)| (*text, *tighter, Some(share)));
-                let others = REFERENCES.iter().filter(|(text, _)| text.contains("monolithic"));
-                pair.chain(others.map(plain)).collect()
+                pair.map(|((text, tighter), share)| (*text, *tighter, Some(share))).collect()
             }
             (false, _) => {
                 asked.iter().map(|text| (text.as_str(), REFERENCE_TIGHTENING, None)).collect()
@@ -298,7 +280,10 @@ impl Base<'_> {
         // Without a sheet there are no forces.
         let still = if force.is_none() { STILL_TIGHTER } else { 1.0 };
         for (text, tighter, stabilisation) in texts {
-            let read = IntegratorChoice::read(self.scene, &self.set, text, "--reference");
+            if asked.is_empty() && planned.len() == 2 {
+                break;
+            }
+            let read = IntegratorChoice::read(self.scene, self.set, text, "--reference");
             let choice = match read.and_then(|choice| Ok((self.fault(&choice)?, choice))) {
                 Ok((None, choice)) => choice,
                 Ok((Some(why), choice)) => {
@@ -311,15 +296,14 @@ impl Base<'_> {
             };
             let tolerance = (tightest / (tighter * still)).max(TIGHTEST_TOLERANCE);
             let Some(tolerance) = Positive::new(tolerance) else { continue };
-            let mut sets = vec![choice.at(self.scene, &self.set, tolerance)?];
+            let mut sets = vec![choice.setting(self.scene, self.set, tolerance)?];
             let force = force.map(|f| f.min((REFERENCE_FORCE_RATIO * f).max(MIN_FORCE)));
             sets.extend(force.map(|force| format!("equilibrium.tolerance={force:?}")));
             sets.extend(stabilisation.map(|s| format!("time.stabilisation={}", Scientific(s))));
             let mut name = format!("{}, {}", choice.name, Scientific(tolerance.get()));
             name.extend(stabilisation.map(|s| format!(", stabilisation {}", Scientific(s))));
-            let method = choice.method().to_owned();
             let title = format!("reference: {name}");
-            planned.push((Role::Reference { name, method, stabilisation }, title, sets));
+            planned.push((Role::Reference { name }, title, sets));
         }
         Ok(planned)
     }
@@ -345,29 +329,11 @@ impl Base<'_> {
         let Some(tolerance) = self.options.tolerances.first() else {
             return Err(Error::Refused("no tolerances are given".into()));
         };
-        let scene = choice.scene(self.scene, &self.set, *tolerance)?;
+        let scene = choice.scene(self.scene, self.set, *tolerance)?;
         match Simulation::new(&scene, self.search) {
             Ok(_) => Ok(None),
             Err(Error::Solve(SolveError::Pairing(why))) => Ok(Some(why)),
             Err(error) => Err(error),
         }
     }
-}
-
-/// Whether a scene may have `sets` with every value of `axis`, if that is of the integration in time.
-fn allowed(
-    (scene, set): (&Path, &[String]),
-    search: &PluginSearch,
-    axis: &Axis,
-    sets: &[String],
-) -> bool {
-    let ready = |with: &[String], sets: &[String]| {
-        let scene = Scene::varied(scene, with, sets).map_err(Error::from);
-        scene.and_then(|scene| Simulation::new(&scene, search)).is_ok()
-    };
-    let fits = |k| {
-        let with: Vec<String> = set.iter().cloned().chain(axis.overrides(k)).collect();
-        ready(&with, sets) || !ready(&with, &[])
-    };
-    !axis.key.starts_with("time.") || (0..axis.values.len()).all(fits)
 }

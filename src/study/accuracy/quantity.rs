@@ -43,9 +43,6 @@ impl Quantity {
 
     /// The distances of fields, which have no meaning after the references have diverged.
     pub const FIELDS: [Self; 2] = [Self::Species, Self::Shape];
-    /// The measures, which can be compared on any branch.
-    pub const MEASURES: [Self; 5] =
-        [Self::Energy, Self::Amplitude, Self::Spots, Self::Separation, Self::Buckling];
 
     /// The quantity that a command calls `name`.
     ///
@@ -81,7 +78,7 @@ impl Quantity {
     }
 
     /// Its value, where it is a measure.
-    pub(crate) fn of(self, course: &[Measures]) -> Option<f64> {
+    pub(crate) fn value(self, course: &[Measures]) -> Option<f64> {
         let last = course.last()?;
         match self {
             Self::Species | Self::Shape => None,
@@ -95,15 +92,15 @@ impl Quantity {
 
     /// Returns the relative error of a measure of `course` with respect to `reference`.
     pub(crate) fn error(self, course: &[Measures], reference: &[Measures]) -> Option<f64> {
-        let (a, b) = (self.of(course)?, self.of(reference)?);
+        let (a, b) = (self.value(course)?, self.value(reference)?);
         (b != 0.0).then(|| (a - b).abs() / b.abs())
     }
 
     /// Half of the range of a measure over `courses`, relative to the reference.
     pub(crate) fn spread(self, courses: &[Vec<Measures>], reference: &[Measures]) -> Option<f64> {
-        let values: Vec<f64> = courses.iter().filter_map(|course| self.of(course)).collect();
+        let values: Vec<f64> = courses.iter().filter_map(|course| self.value(course)).collect();
         let (least, most) = extent(values.iter().copied());
-        let size = self.of(reference)?.abs();
+        let size = self.value(reference)?.abs();
         (values.len() > 1 && size > 0.0).then(|| 0.5 * (most - least) / size)
     }
 }

@@ -52,7 +52,7 @@ pub fn curves(points: impl Iterator<Item = (usize, f64, f64)>) -> Vec<Curve> {
             let all = points.iter().flat_map(|(x, values)| values.iter().map(|y| (*x, *y)));
             marks.extend(all.map(|point| Curve { name, points: vec![point] }));
         }
-        let mean = |(x, values): &(f64, Vec<f64>)| Some((*x, Statistics::of(values).mean?));
+        let mean = |(x, values): &(f64, Vec<f64>)| Some((*x, Statistics::new(values).mean?));
         means.push(Curve { name, points: points.iter().filter_map(mean).collect() });
     }
     means.extend(marks);

@@ -135,7 +135,7 @@ impl Norm {
     }
 
     /// Returns the norm of a model.
-    pub(crate) fn of(model: &Model) -> Self {
+    pub(crate) fn of_model(model: &Model) -> Self {
         let all = |c: &crate::model::Chemistry| {
             let species = c.descriptor().species.iter().zip(c.all_typical());
             species.map(|(s, typical)| (typical, s.location)).collect()

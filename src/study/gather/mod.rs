@@ -16,7 +16,6 @@ pub use self::distance::{
 pub use self::measures::{Measures, measure};
 pub use self::statistics::Statistics;
 use super::plan::Plan;
-use super::run::Timing;
 use crate::model::State;
 use crate::num::real;
 use crate::output::ledger::value;
@@ -71,7 +70,7 @@ impl std::fmt::Display for MemberStatus {
 
 /// Returns the status of the member in `directory` of a study, and the reason.
 pub(crate) fn status(plan: &Plan, directory: &Path) -> (MemberStatus, String) {
-    let Some(standing) = Standing::of(directory) else { return Default::default() };
+    let Some(standing) = Standing::read(directory) else { return Default::default() };
     let status = match standing.status {
         RunStatus::Running if standing.in_use => MemberStatus::Running,
         RunStatus::Running => MemberStatus::Killed,
@@ -91,14 +90,14 @@ pub(crate) fn status(plan: &Plan, directory: &Path) -> (MemberStatus, String) {
 /// The first file of a complete member that is missing or cut short.
 fn damaged_file(plan: &Plan, directory: &Path) -> Option<&'static str> {
     let times: Vec<f64> = read_measures(directory).iter().map(|m| m.time).collect();
-    let states = || states::times(&directory.join(ResultDirectory::STATES));
+    let states = || {
+        let states = states::read(&directory.join(ResultDirectory::STATES));
+        states.iter().map(|state| state.time).collect::<Vec<f64>>()
+    };
     if times.is_empty() {
         return Some(ResultDirectory::MEASURES);
     }
-    if plan.states && states() != times {
-        return Some(ResultDirectory::STATES);
-    }
-    (plan.repeats > 0 && Timing::read(directory).is_none()).then_some(ResultDirectory::TIMING)
+    (plan.states && states() != times).then_some(ResultDirectory::STATES)
 }
 
 /// Results of a member, read from its directory.
@@ -120,14 +119,14 @@ pub struct MemberResults {
     pub steady: Option<f64>,
     /// Processor time of relaxing the start and of all steps, s.
     pub seconds: Option<f64>,
+    /// Of that the start, s.
+    pub start_seconds: Option<f64>,
     /// Largest resident memory, bytes.
     pub memory: Option<u64>,
     /// The work of that.
     pub work: Option<Work>,
     /// Work of relaxing the start.
     pub start: Option<Work>,
-    /// Processor times of its steps.
-    pub timing: Option<Timing>,
     /// Whether its sheet passes through itself in its last state, where its shape moves.
     pub intersection: Option<SelfIntersection>,
 }
@@ -143,9 +142,9 @@ impl MemberResults {
         if self.is_complete() { "" } else { &self.reason }
     }
 
-    /// Processor time of its steps, s: the median where they were made several times.
+    /// Processor time of its steps, s.
     pub(crate) fn step_seconds(&self) -> Option<f64> {
-        self.timing.as_ref().map(Timing::median).filter(|seconds| seconds.is_finite())
+        Some(self.seconds? - self.start_seconds?)
     }
 
     /// The work of its steps.
@@ -187,7 +186,7 @@ pub(crate) fn read(plan: &Plan, root: &Path, number: usize) -> MemberResults {
     let directory = plan.directory(root, number);
     let (status, reason) = status(plan, &directory);
     // The status of a run that continues, or was killed, has no costs.
-    let ended = Standing::of(&directory).filter(|s| s.status != RunStatus::Running);
+    let ended = Standing::read(&directory).filter(|s| s.status != RunStatus::Running);
     let measures = read_measures(&directory);
     let steady = status == MemberStatus::Complete && reason == Ending::Steady.to_string();
     let mut found = MemberResults {
@@ -198,12 +197,12 @@ pub(crate) fn read(plan: &Plan, root: &Path, number: usize) -> MemberResults {
         totals: measures.last().map(|m| totals::totals(&directory, m.time)).unwrap_or_default(),
         steady: measures.last().map(|m| m.time).filter(|_| steady),
         measures,
-        timing: Timing::read(&directory),
         ..MemberResults::default()
     };
     if let Some(ended) = ended {
         (found.seconds, found.memory) = (ended.cpu_seconds, ended.peak_resident_bytes);
         (found.work, found.start) = (ended.work, ended.start);
+        found.start_seconds = ended.start_seconds;
         found.intersection = ended.intersection;
     }
     found

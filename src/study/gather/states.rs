@@ -9,7 +9,7 @@
 //! Numbers are little-endian, of 64 bits. A file is appended to; a last state that is cut short is none.
 
 use std::fs::{self, File};
-use std::io::{BufReader, Read, Seek, SeekFrom, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use crate::Vec3;
@@ -63,41 +63,18 @@ pub fn read(path: &Path) -> Vec<State> {
     std::iter::from_fn(|| state(&mut rest)).collect()
 }
 
-/// The times of the states in a file, as far as they are complete, without reading these.
-pub(crate) fn times(path: &Path) -> Vec<f64> {
-    let Ok(file) = File::open(path) else { return Vec::new() };
-    let length = file.metadata().map_or(0, |data| data.len());
-    let mut reader = BufReader::new(file);
-    let mut header = [0; HEADER.len()];
-    if reader.read_exact(&mut header).is_err() || header != *HEADER {
-        return Vec::new();
-    }
-    let next = || {
-        let (time, _, vertices, points) = head(&mut reader)?;
-        let coordinates = vertices.checked_mul(3)?;
-        let numbers = points.iter().try_fold(coordinates, |sum, n| sum.checked_add(*n))?;
-        let end = reader.stream_position().ok()?.checked_add(numbers.checked_mul(8)? as u64)?;
-        reader.seek(SeekFrom::Start(end)).ok().filter(|_| end <= length)?;
-        Some(time)
-    };
-    std::iter::from_fn(next).collect()
-}
-
-/// Time, step, count of vertices and counts of points of every species of the state that begins here.
-fn head(reader: &mut impl Read) -> Option<(f64, u64, usize, Vec<usize>)> {
+/// The state that begins here, if it is complete.
+fn state(rest: &mut &[u8]) -> Option<State> {
     let mut word = || {
-        let mut word = [0; 8];
-        reader.read_exact(&mut word).ok().map(|()| word)
+        let (word, after) = rest.split_first_chunk::<8>()?;
+        *rest = after;
+        Some(u64::from_le_bytes(*word))
     };
-    let (time, step) = (f64::from_le_bytes(word()?), u64::from_le_bytes(word()?));
-    let mut count = || usize::try_from(u64::from_le_bytes(word()?)).ok();
+    let (time, step) = (f64::from_bits(word()?), word()?);
+    let mut count = || usize::try_from(word()?).ok();
     let (vertices, species) = (count()?, count()?);
     // Ends with the bytes, whatever the count of species.
-    Some((time, step, vertices, (0..species).map(|_| count()).collect::<Option<_>>()?))
-}
-
-fn state(rest: &mut &[u8]) -> Option<State> {
-    let (time, step, vertices, points) = head(rest)?;
+    let points = (0..species).map(|_| count()).collect::<Option<Vec<usize>>>()?;
     let mut numbers = |count: usize| -> Option<Vec<f64>> {
         let (bytes, after) = rest.split_at_checked(count.checked_mul(8)?)?;
         *rest = after;

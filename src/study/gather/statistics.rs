@@ -16,7 +16,7 @@ pub struct Statistics {
 impl Statistics {
     /// Returns the statistics of `values`.
     #[must_use]
-    pub fn of(values: &[f64]) -> Self {
+    pub fn new(values: &[f64]) -> Self {
         let count = values.len();
         // Sums of differences from the first value: the mean of equal values is that value, without round-off.
         let mean = values.first().map(|first| {

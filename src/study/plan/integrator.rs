@@ -42,17 +42,11 @@ impl IntegratorChoice {
         Ok(Self { name, fixed_steps: integrator.rtol().is_none(), table, option })
     }
 
-    /// Returns the method of its steps, without the solvers of their stages.
-    pub(crate) fn method(&self) -> &str {
-        let mut commas = self.name.match_indices(',').map(|(at, _)| at);
-        self.name.get(..commas.nth(1).unwrap_or(self.name.len())).unwrap_or_default()
-    }
-
     /// The override that gives a scene this integrator at `tolerance`.
     ///
     /// # Errors
     /// The scene is not valid.
-    pub fn at(&self, scene: &Path, set: &[String], tolerance: Positive) -> Result<String> {
+    pub fn setting(&self, scene: &Path, set: &[String], tolerance: Positive) -> Result<String> {
         let mut scene = Scene::varied_by(scene, set, &[key(&self.table)], self.option)?;
         let until = scene.time.span.until;
         scene.time.integrator = scene.time.integrator.at_tolerance(tolerance, until);
@@ -64,7 +58,7 @@ impl IntegratorChoice {
     /// # Errors
     /// The scene is not valid.
     pub fn scene(&self, scene: &Path, set: &[String], tolerance: Positive) -> Result<Scene> {
-        let with = self.at(scene, set, tolerance)?;
+        let with = self.setting(scene, set, tolerance)?;
         Ok(Scene::varied_by(scene, set, &[with], self.option)?)
     }
 }

@@ -10,7 +10,6 @@ pub mod integrator;
 mod keys;
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -23,7 +22,7 @@ use crate::kinetics::{HostLaw, PluginSearch};
 use crate::output::OutputError;
 use crate::output::provenance::{FileRecord, fingerprint};
 use crate::run::{Error, Result};
-use crate::scene::{Scene, SheetSource};
+use crate::scene::Scene;
 
 /// A study: its scene, what it varies, its members.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -45,14 +44,11 @@ pub struct Plan {
     /// Whether members keep their states at output times.
     #[serde(default)]
     pub states: bool,
-    /// Repetitions of the steps of a member for their timing, if they are short.
-    #[serde(default)]
-    pub repeats: u16,
     /// Files that its scenes name, and plugins, with their hashes.
     #[serde(default)]
     pub files: BTreeMap<PathBuf, String>,
     /// The members.
-    pub members: Vec<Point>,
+    pub members: Vec<Member>,
     /// The law that the caller brings: to be given again wherever the plan is read.
     #[serde(skip)]
     pub law: Option<HostLaw>,
@@ -60,22 +56,16 @@ pub struct Plan {
 
 /// One member of a study.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Point {
+pub struct Member {
     /// Name of its folder.
     pub folder: String,
     /// Which value of every axis it has.
     pub at: Vec<usize>,
     /// Hash of its scene and of the files of that.
     pub fingerprint: String,
-    /// Size that its memory scales with: vertices, or bytes of its mesh file.
-    pub size: u64,
     /// Wall time after which it is given up, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limit: Option<u64>,
-    /// After so many times the processor time of the dearest complete member that differs in the first key alone it is
-    /// given up.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub dearest: Option<u64>,
 }
 
 impl Plan {
@@ -110,7 +100,6 @@ impl Plan {
             set: set.to_vec(),
             axes,
             threads: 1,
-            repeats: 1,
             ..Self::default()
         };
         // All combinations, the last key fastest.
@@ -121,8 +110,8 @@ impl Plan {
             all = all.into_iter().flat_map(more).collect();
         }
         for at in all {
-            let size = size(&Scene::varied(scene, set, &plan.overrides(&at))?);
-            plan.members.push(Point { folder: plan.folder(&at), at, size, ..Point::default() });
+            Scene::varied(scene, set, &plan.overrides(&at))?;
+            plan.members.push(Member { folder: plan.folder(&at), at, ..Member::default() });
         }
         plan.disambiguate_folders();
         Ok(plan)
@@ -134,7 +123,7 @@ impl Plan {
     }
 
     /// Which value of every axis member `number` has; empty if the member does not exist.
-    fn at(&self, number: usize) -> &[usize] {
+    fn value_numbers(&self, number: usize) -> &[usize] {
         self.members.get(number).map_or(&[], |point| &point.at)
     }
 
@@ -143,7 +132,7 @@ impl Plan {
     /// # Errors
     /// If it cannot be read any more.
     pub fn scene(&self, number: usize) -> Result<Scene> {
-        Ok(Scene::varied(&self.scene, &self.set, &self.overrides(self.at(number)))?)
+        Ok(Scene::varied(&self.scene, &self.set, &self.overrides(self.value_numbers(number)))?)
     }
 
     /// The end time of member `number`.
@@ -162,7 +151,7 @@ impl Plan {
     /// Returns the name of a member: its keys and values.
     #[must_use]
     pub fn name(&self, number: usize) -> String {
-        self.label(self.at(number), |_| true)
+        self.label(self.value_numbers(number), |_| true)
     }
 
     /// Keys and values at `at` of the axes that are kept, as in `D = 0.5, seed = 1`.
@@ -205,7 +194,7 @@ impl Plan {
         }
         for number in 0..self.members.len() {
             if count[&self.members[number].folder.to_lowercase()] > 1 {
-                let hash = fingerprint(&self.overrides(self.at(number)).join("\n"));
+                let hash = fingerprint(&self.overrides(self.value_numbers(number)).join("\n"));
                 self.members[number].folder += &format!(",{}", &hash[..8]);
             }
         }
@@ -246,7 +235,7 @@ impl Plan {
         }
         for path in files {
             if !known.contains_key(&path) {
-                known.insert(path.clone(), FileRecord::of(&path)?.sha256);
+                known.insert(path.clone(), FileRecord::new(&path)?.sha256);
             }
             text += &format!("{} {}\n", path.display(), known[&path]);
         }
@@ -265,7 +254,7 @@ impl Plan {
     ///
     /// # Errors
     /// The directory holds no sweep, or its file cannot be read.
-    pub fn of(root: &Path) -> Result<Self> {
+    pub fn load(root: &Path) -> Result<Self> {
         Self::read(root)?.ok_or_else(|| {
             let (path, file) = (root.display(), Self::FILE);
             Error::Refused(format!("{path}: no {file}: expected the directory of a sweep"))
@@ -315,12 +304,3 @@ impl Plan {
 
 /// Most characters of the name of a folder: systems allow 255 bytes.
 const LONGEST_NAME: usize = 150;
-
-/// Size that memory scales with: vertices, or bytes of the mesh file.
-fn size(scene: &Scene) -> u64 {
-    match &scene.sheet.source {
-        SheetSource::File { file } => fs::metadata(file).map_or(1, |about| about.len()),
-        SheetSource::Point { .. } => 1,
-        SheetSource::Generated(shape) => shape.vertices() as u64,
-    }
-}

@@ -3,10 +3,9 @@
 use std::ffi::OsString;
 use std::fs;
 use std::path::Path;
-use std::time::{Duration, Instant};
 
 use super::slurm::{self, SlurmSettings};
-use super::{Pool, available, limit_of};
+use super::{Pool, limit_of};
 use crate::output::{Claim, Interrupt, OutputError, ResultDirectory};
 use crate::run::run::end;
 use crate::run::{Error, Result, Simulation, provenance};
@@ -15,16 +14,13 @@ use crate::solve::SolveError;
 use crate::study::directory::{names, refuse, remove_run};
 use crate::study::gather::{MemberStatus, counts, gather, status};
 use crate::study::plan::Plan;
-use crate::study::sweep::write_tables;
 use crate::study::{Purpose, accuracy, compare, sweep};
 
 /// How members are run.
 #[derive(Debug, Clone, Default)]
 pub struct Settings {
-    /// Most members at once; as many as there are cores for, if not given. Never more than fit into memory.
+    /// Most members at once; as many as there are cores for, if not given.
     pub jobs: Option<usize>,
-    /// Bytes that all members together may take; most of what is free, if not given.
-    pub memory: Option<u64>,
     /// Whether members that failed are run again.
     pub retry_failed: bool,
     /// Whether an earlier study in the directory is replaced.
@@ -150,7 +146,6 @@ impl Runs<'_> {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let usual = (cores / usize::from(plan.threads.max(1))).max(1);
         let jobs = self.settings.jobs.unwrap_or(usual);
-        let memory = self.settings.memory.or_else(available);
         if !members.is_empty() {
             let all = gather(plan, root);
             let count = members.len();
@@ -160,34 +155,15 @@ impl Runs<'_> {
             let (jobs, noun) = (jobs.min(count), if count == 1 { "member" } else { "members" });
             (self.happens)(&format!("{standing}running {count} {noun}, at most {jobs} at a time"));
         }
-        let (mut written, mut took, mut broken) = (Instant::now(), Duration::ZERO, None);
-        let mut happens = |text: String, ended: bool| {
-            // The tables of thousands of members take a while.
-            if ended && written.elapsed() >= TABLE_INTERVAL_FACTOR * took {
-                let began = Instant::now();
-                let outcome = write_tables(plan, &gather(plan, root), root);
-                // The first failure to write is the one to report, when all has ended.
-                broken = broken.take().or(outcome.err());
-                (written, took) = (Instant::now(), began.elapsed());
-            }
-            (self.happens)(&text);
-        };
-        let command = &self.member;
-        let mut pool = Pool { plan, root, command, jobs, memory, happens: &mut happens };
+        let mut pool = Pool { plan, root, command: &self.member, jobs, happens: self.happens };
         pool.run(&members, interrupt)?;
-        match broken {
-            Some(error) => Err(error),
-            None if interrupt.requested() => {
-                let _ = self.show(plan, root);
-                Err(Error::Solve(SolveError::Interrupted))
-            }
-            None => self.show(plan, root),
+        if interrupt.requested() {
+            let _ = self.show(plan, root);
+            return Err(Error::Solve(SolveError::Interrupted));
         }
+        self.show(plan, root)
     }
 }
-
-/// Tables are written after so many times the time that it takes, at the earliest.
-const TABLE_INTERVAL_FACTOR: u32 = 20;
 
 /// Whether there is a sweep in `root`; refuses one that cannot be resumed.
 fn check(root: &Path, plan: &Plan, force: bool) -> Result<bool> {

@@ -16,7 +16,7 @@ use crate::study::plan::Plan;
 /// # Errors
 /// As [`run`](fn@super::run), and an interruption.
 pub fn member(root: &Path, number: usize, law: Option<HostLaw>, leash: bool) -> Result<()> {
-    let plan = Plan { law, ..Plan::of(root)? };
+    let plan = Plan { law, ..Plan::load(root)? };
     let threads = plan.threads.max(1).into();
     // Only fails if a pool exists already, which then serves as well.
     let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();

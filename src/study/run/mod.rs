@@ -2,12 +2,10 @@
 
 mod begin;
 mod member;
-mod memory;
 mod pool;
 mod rank_job;
 pub mod slurm;
 mod time_limit;
-mod timing;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,13 +14,10 @@ use std::time::{Duration, Instant};
 
 pub use self::begin::{Runs, Settings};
 pub use self::member::member;
-pub use self::memory::{MemoryEstimates, available};
 pub use self::pool::Pool;
 pub use self::rank_job::RankJob;
 pub use self::slurm::SlurmSettings;
-pub(crate) use self::time_limit::limit_of;
-use self::time_limit::{TimeLimit, rivals};
-pub use self::timing::Timing;
+use self::time_limit::{TimeLimit, limit_of};
 use super::gather::states::StateFile;
 use super::gather::{MemberStatus, measure, open_measures, status};
 use super::plan::Plan;
@@ -30,18 +25,18 @@ use crate::kinetics::PluginSearch;
 use crate::model::Evaluation;
 use crate::output::{Claim, Interrupt, Ledger, Progress, ResultDirectory};
 use crate::run::resume::{Resumed, resume};
-use crate::run::run::{self, Ending, Summary};
-use crate::run::{Checkpoint, Error, Observer, Result, Simulation, StepInfo, provenance};
+use crate::run::run::{self, Summary};
+use crate::run::{Error, Observer, Result, Simulation, StepInfo};
 
 /// Observer that writes what a study keeps of a member at every output time: its state where the study
 /// compares fields, a row of measures.
-struct Record {
+struct MemberRecord {
     level: Option<f64>,
     measures: Ledger,
     states: Option<StateFile>,
 }
 
-impl Observer for Record {
+impl Observer for MemberRecord {
     fn observe(&mut self, at: &mut Evaluation<'_>, info: &StepInfo<'_>) -> Result<()> {
         if !info.frame {
             return Ok(());
@@ -54,7 +49,7 @@ impl Observer for Record {
     }
 }
 
-impl Record {
+impl MemberRecord {
     /// Of a member in `directory`, of whose results those of the times `kept` stay.
     fn open(plan: &Plan, directory: &ResultDirectory, kept: &[f64]) -> Result<Self> {
         let file = |name: &str| directory.root().join(name);
@@ -94,39 +89,22 @@ pub fn run(
     if plan.fingerprint(number, &mut BTreeMap::new())? != point.fingerprint {
         return Err(Error::Refused(plan.difference(number, root)?));
     }
-    let scene = plan.scene(number)?;
     let search = plan.search();
-    let earlier = continued(plan, &path, &search);
-    let directory = match &earlier {
-        Some((directory, _)) => directory.clone(),
-        None => ResultDirectory::prepare(&path, true)?,
-    };
+    let mut limit = TimeLimit::watch(point.limit, interrupt);
+    if let Some((directory, mut resumed)) = continued(plan, &path, &search) {
+        // Results up to the checkpoint are kept.
+        let mut record = MemberRecord::open(plan, &directory, resumed.checkpoint.frame_times())?;
+        let others: &mut [&mut dyn Observer] = &mut [&mut limit, &mut record];
+        return run::continued(&mut resumed, &directory, progress, interrupt, others).map(Some);
+    }
+    let scene = plan.scene(number)?;
+    let directory = ResultDirectory::prepare(&path, true)?;
     let summary = run::with_status(&directory, || {
-        let (mut simulation, from) = match earlier {
-            Some((_, Resumed { simulation, checkpoint, .. })) => (simulation, Some(checkpoint)),
-            None => (Simulation::new(&scene, &search)?, None),
-        };
-        if from.is_none() {
-            provenance::record(&scene, None, &simulation, &directory)?;
-        }
-        // Of one that is resumed, results up to the checkpoint are kept.
-        let kept = from.as_ref().map(Checkpoint::frame_times).unwrap_or_default();
-        let watched = (point, scene.time.span.until.get());
-        let mut limit = TimeLimit::watch(watched, rivals(plan, root, number), interrupt);
-        let mut record = Record::open(plan, &directory, kept)?;
-        let observers: &mut [&mut dyn Observer] = &mut [&mut limit, &mut record];
-        let observers = (from.as_ref(), observers);
-        let summary =
-            run::observed(&scene, &mut simulation, &directory, progress, interrupt, observers)?;
-        let interrupted = summary.ending == Ending::Interrupted;
-        if let Some(error) = limit.error(summary.time).filter(|_| interrupted) {
-            return Err(error);
-        }
-        if plan.repeats > 0 && !interrupted {
-            drop(simulation);
-            Timing::of(&scene, &search, &summary, plan.repeats)?.write(&directory)?;
-        }
-        Ok(summary)
+        let mut simulation = Simulation::new(&scene, &search)?;
+        let mut record = MemberRecord::open(plan, &directory, &[])?;
+        let others: &mut [&mut dyn Observer] = &mut [&mut limit, &mut record];
+        let from = (&scene, None);
+        run::recorded(from, &mut simulation, &directory, progress, interrupt, others)
     })?;
     Ok(Some(summary))
 }
@@ -146,7 +124,6 @@ fn continued(
     if resumed.checkpoint.frame_times().is_empty() {
         return None;
     }
-    directory.claim().begin().ok()?;
     Some((directory, resumed))
 }
 

@@ -1,4 +1,4 @@
-//! Members as child processes, as many at once as cores and memory allow.
+//! Members as child processes, several at once.
 //!
 //! A child holds one end of a pipe. When that closes, because the study was asked to end or was killed
 //! itself, the child ends after its step as if it was interrupted, its files complete. A signal that asked
@@ -12,10 +12,9 @@ use std::process::{Child, ChildStdin, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::memory::{MemoryEstimates, peak};
 use crate::output::plot::label;
-use crate::output::{Interrupt, OutputError, ResultDirectory};
-use crate::run::{Error, Result, peak_resident};
+use crate::output::{Interrupt, OutputError};
+use crate::run::{Error, Result};
 use crate::study::gather::{MemberStatus, last_time, status};
 use crate::study::plan::Plan;
 
@@ -29,10 +28,8 @@ pub struct Pool<'a> {
     pub command: &'a [OsString],
     /// Most members at once.
     pub jobs: usize,
-    /// Bytes that all of them together may take, if that matters.
-    pub memory: Option<u64>,
-    /// Called with a line of text for everything that happens, and whether it is that a member has ended.
-    pub happens: &'a mut dyn FnMut(String, bool),
+    /// Called with a line of text for everything that happens.
+    pub happens: &'a dyn Fn(&str),
 }
 
 /// A member that runs.
@@ -42,28 +39,19 @@ struct Running {
     /// Closed to ask it to end.
     leash: Option<ChildStdin>,
     since: Instant,
-    /// Largest resident memory so far.
-    peak: u64,
-    /// Whether it has relaxed its start.
-    relaxed: bool,
 }
 
 /// Members that run and that have ended.
 struct Progress {
     running: Vec<Running>,
-    needs: MemoryEstimates,
     /// Counts of members that have ended and of all.
     ended: [usize; 2],
-    /// The last member that was reported to wait for memory.
-    waits: Option<usize>,
 }
 
 /// Interval between two checks of the children.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
 /// Interval between two reports of the times that members have reached.
 const REPORT_INTERVAL: Duration = Duration::from_secs(30);
-/// A member that has relaxed its start has built most of its tables after so long.
-const START_UP_TIME: Duration = Duration::from_millis(500);
 
 impl Pool<'_> {
     /// Runs `members`.
@@ -72,9 +60,7 @@ impl Pool<'_> {
     /// If a child cannot be started.
     pub fn run(&mut self, members: &[usize], interrupt: Interrupt) -> Result<()> {
         let mut waiting = members.iter().copied().peekable();
-        let needs = MemoryEstimates::measured(self.plan, self.root);
-        let ended = [0, members.len()];
-        let mut progress = Progress { running: Vec::new(), needs, ended, waits: None };
+        let mut progress = Progress { running: Vec::new(), ended: [0, members.len()] };
         let mut reported = Instant::now();
         loop {
             self.reap(&mut progress);
@@ -90,7 +76,6 @@ impl Pool<'_> {
                 }
             } else if let Some(&member) = waiting.peek()
                 && progress.running.len() < self.jobs
-                && self.fits(member, &mut progress)
             {
                 waiting.next();
                 progress.running.push(self.start(member)?);
@@ -110,7 +95,7 @@ impl Pool<'_> {
     }
 
     fn say(&mut self, member: usize, text: &str) {
-        (self.happens)(format!("{}: {text}", self.plan.name(member)), false);
+        (self.happens)(&format!("{}: {text}", self.plan.name(member)));
     }
 
     /// Reports the times that members have reached.
@@ -125,24 +110,18 @@ impl Pool<'_> {
         };
         let all: Vec<String> = progress.running.iter().map(time).collect();
         let [ended, of] = progress.ended;
-        (self.happens)(format!("[{ended}/{of}] {}", all.join("; ")), false);
+        (self.happens)(&format!("[{ended}/{of}] {}", all.join("; ")));
     }
 
-    /// Notes which children have ended, and the memory of the others.
+    /// Notes which children have ended.
     fn reap(&mut self, progress: &mut Progress) {
         for mut one in std::mem::take(&mut progress.running) {
-            if matches!(one.child.try_wait(), Ok(None)) {
-                one.peak = one.peak.max(peak_resident(Some(one.child.id())).unwrap_or(0));
-                one.relaxed |= one.since.elapsed() > START_UP_TIME && self.has_rows(one.member);
-                progress.running.push(one);
-            } else {
-                // One that cannot be waited for any more has ended.
-                self.end(one, progress);
+            // One that cannot be waited for any more has ended.
+            match one.child.try_wait() {
+                Ok(None) => progress.running.push(one),
+                _ => self.end(one, progress),
             }
         }
-        let size = |member: usize| self.plan.members[member].size;
-        let relaxed = progress.running.iter().filter(|r| r.relaxed);
-        progress.needs.set_running(relaxed.map(|r| (size(r.member), r.peak)).collect());
     }
 
     /// Notes how a member has ended.
@@ -157,47 +136,11 @@ impl Pool<'_> {
             let last = log.lines().last().map(str::to_owned);
             reason = last.unwrap_or_else(|| format!("ended without a word: {code}"));
         }
-        let peak = peak(&directory).unwrap_or(0).max(one.peak);
-        progress.needs.record_peak(self.plan.members[one.member].size, peak);
         progress.ended[0] += 1;
         let [ended, of] = progress.ended;
         let (name, seconds) = (self.plan.name(one.member), one.since.elapsed().as_secs_f64());
         let first = reason.lines().next().unwrap_or_default();
-        let text = format!("[{ended}/{of}] {name}: {status} after {seconds:.1} s: {first}");
-        (self.happens)(text, true);
-    }
-
-    /// Whether a member has relaxed its start: there is a row of measures.
-    fn has_rows(&self, member: usize) -> bool {
-        let path = self.directory(member).join(ResultDirectory::MEASURES);
-        fs::read(path).is_ok_and(|bytes| bytes.iter().filter(|b| **b == b'\n').count() > 1)
-    }
-
-    /// Whether there is memory for `member` beside those that run.
-    fn fits(&mut self, member: usize, progress: &mut Progress) -> bool {
-        let Some(memory) = self.memory else { return true };
-        let Progress { running, needs, waits, .. } = progress;
-        let megabytes = |bytes: u64| bytes.div_ceil(1_000_000);
-        let size = |member: usize| self.plan.members[member].size;
-        let wanted = needs.of(size(member));
-        if running.is_empty() {
-            if let Some(needs) = wanted.filter(|wanted| *wanted > memory).map(megabytes) {
-                let text = format!("needs about {needs} MB, more than there is; it runs alone");
-                self.say(member, &text);
-            }
-            return true;
-        }
-        // Nothing is known before the first has run.
-        let Some(wanted) = wanted else { return false };
-        let taken = |r: &Running| needs.of(size(r.member)).unwrap_or(0).max(r.peak);
-        let left = memory.saturating_sub(running.iter().map(taken).sum());
-        let fits = wanted <= left;
-        if !fits && waits.replace(member) != Some(member) {
-            let [needs, left] = [wanted, left].map(megabytes);
-            let text = format!("waits for memory: it needs about {needs} MB, {left} MB are left");
-            self.say(member, &text);
-        }
-        fits
+        (self.happens)(&format!("[{ended}/{of}] {name}: {status} after {seconds:.1} s: {first}"));
     }
 
     fn start(&self, member: usize) -> Result<Running> {
@@ -218,7 +161,7 @@ impl Pool<'_> {
             .spawn()
             .map_err(OutputError::read(program.as_ref()))?;
         let leash = child.stdin.take();
-        Ok(Running { member, child, leash, since: Instant::now(), peak: 0, relaxed: false })
+        Ok(Running { member, child, leash, since: Instant::now() })
     }
 
     /// Where the messages of a member go.

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use super::MemoryEstimates;
 use crate::output::{OutputError, atomic};
 use crate::run::{Error, Result};
 use crate::study::plan::Plan;
@@ -35,7 +34,6 @@ impl SlurmSettings {
         members: &[usize],
         jobs: Option<usize>,
     ) -> Result<String> {
-        let memory = memory((plan, root), members);
         let (root, program) = (script_path(root)?, script_path(&self.program)?);
         let name = job_name(&plan.scene);
         let most = jobs.map_or(String::new(), |jobs| format!("%{jobs}"));
@@ -50,9 +48,6 @@ impl SlurmSettings {
             format!("#SBATCH --signal=B:TERM@{SIGNAL_LEAD}"),
             "#SBATCH --requeue".to_owned(),
         ];
-        if let Some(bytes) = memory {
-            lines.push(format!("#SBATCH --mem={}K", bytes.div_ceil(1024)));
-        }
         lines.extend(options(&self.options)?);
         // In place of the shell, so that Slurm's signals reach the program.
         lines.push(format!(
@@ -86,13 +81,6 @@ impl SlurmSettings {
     }
 }
 
-/// Memory of the largest of `members`, with some room, where members have run before.
-fn memory((plan, root): (&Plan, &Path), members: &[usize]) -> Option<u64> {
-    let needs = MemoryEstimates::measured(plan, root);
-    let most = members.iter().filter_map(|m| needs.of(plan.members.get(*m)?.size)).max();
-    most.map(|bytes| bytes + bytes / 2)
-}
-
 /// Submits the script at `path`; the number of the job.
 ///
 /// # Errors
@@ -106,12 +94,7 @@ pub fn submit(path: &Path) -> Result<String> {
     })?;
     if !out.status.success() {
         let said = String::from_utf8_lossy(&out.stderr);
-        let mut message = format!("sbatch refuses {}: {}", path.display(), said.trim());
-        if said.to_lowercase().contains("memory") {
-            message += "\nthe script asks for the memory that members took; \
-                            --slurm-option=--mem=0 leaves that to the cluster";
-        }
-        return Err(Error::Refused(message));
+        return Err(Error::Refused(format!("sbatch refuses {}: {}", path.display(), said.trim())));
     }
     // With several clusters the name of one follows.
     let said = String::from_utf8_lossy(&out.stdout);

@@ -49,16 +49,15 @@ function bytes(count) {
 }
 
 function costs(costs) {
-  const parts = [...costs.parts, costs.elsewhere].filter(part => part.seconds > 0 || part.bytes !== 0);
-  const rows = parts.map(part => [
-    part.group, part.name, `${(100 * part.share).toFixed(2)} %`, `${short(part.seconds, 3)} s`, bytes(part.bytes),
+  const rows = costs.parts.filter(part => part.seconds > 0).map(part => [
+    part.group, part.name, `${(100 * part.share).toFixed(2)} %`, `${short(part.seconds, 3)} s`,
     part.counts.map(([name, count]) => `${count} × ${name}`).join(", "),
   ]);
   const work = Object.entries(costs.work).filter(([, count]) => count > 0);
   return [
     paragraph(`${short(costs.seconds, 4)} s in all, ${costs.work.steps} steps, threads: ${costs.threads}`
       + (costs.peak_resident_bytes ? `, at most ${bytes(costs.peak_resident_bytes)} resident` : "") + "."),
-    table(["group", "part", "share", "time", "memory", "counts"], rows),
+    table(["group", "part", "share", "time", "counts"], rows),
     table(["work", "count"], work.map(([name, count]) => [name.replaceAll("_", " "), String(count)])),
   ];
 }

@@ -55,7 +55,7 @@ const fn bound(fixed: usize, per_byte: usize) -> Bound {
 }
 
 /// All of them.
-pub const ALL: [Reader; 25] = [
+pub const ALL: [Reader; 24] = [
     scenes::SCENE,
     built::BUILT,
     scenes::OVERRIDE,
@@ -77,7 +77,6 @@ pub const ALL: [Reader; 25] = [
     results::PROVENANCE,
     results::COSTS,
     studies::STATES,
-    studies::TIMING,
     studies::SWEEP,
     studies::MEASURES,
     studies::ACCURACY,

@@ -59,7 +59,7 @@ pub const STATUS: Reader = Reader {
     seeds: || vec![whole().status.clone()],
     read: |bytes| {
         file("status.json", bytes);
-        Standing::of(&room()).is_some()
+        Standing::read(&room()).is_some()
     },
     repair: None,
 };
@@ -130,7 +130,7 @@ fn run_made() -> ResultDirectory {
         fs::write(directory.resolved(), scene.resolved()?).unwrap_or_default();
         let mut progress = Progress::new(Mode::Silent, 1.0);
         run::run::run(&scene, &mut simulation, &directory, &mut progress, Interrupt::install()?)?;
-        Costs::of(&scene, &simulation).write(&directory)?;
+        Costs::new(&scene, &simulation).write(&directory)?;
         Ok(directory)
     };
     run().unwrap_or_else(|error| panic!("{error}"))

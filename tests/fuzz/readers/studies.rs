@@ -7,11 +7,10 @@ use rumple::kinetics::PluginSearch;
 use rumple::num::checked::Positive;
 use rumple::output::{Interrupt, Mode, Progress, ResultDirectory};
 use rumple::run;
-use rumple::study::accuracy::{Options, Study};
+use rumple::study::accuracy::{Study, StudyOptions};
 use rumple::study::gather::gather;
 use rumple::study::gather::states::{self, StateFile};
 use rumple::study::plan::{Axis, Plan};
-use rumple::study::run::Timing;
 use rumple::study::sweep::{self, csv, markdown};
 
 use super::{Bound, Reader, bound, file, room, root};
@@ -51,17 +50,6 @@ pub const MEASURES: Reader = Reader {
     repair: None,
 };
 
-pub const TIMING: Reader = Reader {
-    name: "timing",
-    bound: bound(1, 64),
-    seeds: || vec![member_file("point", ResultDirectory::TIMING)],
-    read: |bytes| {
-        file(ResultDirectory::TIMING, bytes);
-        Timing::read(&room()).is_some_and(|timing| timing.median() > -timing.spread().0)
-    },
-    repair: None,
-};
-
 pub const ACCURACY: Reader = Reader {
     name: "accuracy",
     bound: SWEEPS,
@@ -92,7 +80,7 @@ fn plan(scene: &Path, folder: &Path) -> run::Result<()> {
 
 fn study(scene: &Path, folder: &Path) -> run::Result<()> {
     let tolerances = [1e-3, 1e-5].into_iter().filter_map(Positive::new).collect();
-    let options = Options {
+    let options = StudyOptions {
         integrators: ["bdf", "tr-bdf2"]
             .map(|method| format!("{{ kind = \"monolithic\", method = \"{method}\" }}"))
             .to_vec(),
@@ -104,7 +92,7 @@ fn study(scene: &Path, folder: &Path) -> run::Result<()> {
         of: None,
     };
     let search = PluginSearch::in_directories(Vec::new());
-    let (study, mut plan) = Study::plan(scene, &[], Vec::new(), &search, &options)?;
+    let (study, mut plan) = Study::plan(scene, &[], &search, &options)?;
     plan.states = true;
     members(plan, folder)?;
     study.write(folder)?;

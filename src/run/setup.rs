@@ -1,27 +1,27 @@
-//! Makes a scene ready to run.
+//! Sets a scene up: reads its sheet and laws, binds its effects, takes its start.
 
 use std::cell::LazyCell;
 use std::path::Path;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use super::invariants::Invariants;
 use super::laws::{self, Laws};
-use super::processor::Processor;
 use super::ranks::RankPart;
-use super::setup_cost::SetupCost;
 use super::simulation::{Simulation, mesh_record};
 use super::{
-    Fields, Result, binding, initial_state, lints, planar, scale_checks, typical_magnitudes,
+    Error, Fields, Result, initial_state, lints, planar, scale_checks, typical_magnitudes,
 };
 use crate::Stepper;
-use crate::effects::{EffectError, MaterialField, ReadSurface};
+use crate::effects::{
+    Effect, EffectContext, EffectError, EffectParts, EffectSpec, MaterialField, ReadSurface,
+};
 use crate::geometry::face_areas;
 use crate::kinetics::{Kinetics, Location, PluginSearch, Signal};
 use crate::model::{Model, ParameterFields, Potential, State};
 use crate::output::provenance::MeshRecord;
-use crate::problem::{Law, Problem};
+use crate::problem::{Law, Part, Problem, ProblemError};
 use crate::reduction::Communicator;
-use crate::run::binding::placed;
 use crate::run::mesh::read_surface;
 use crate::run::{location, read_sheet};
 use crate::scene::{Scene, SheetSource};
@@ -87,7 +87,12 @@ impl Simulation {
     /// # Errors
     /// A mesh, plugin, parameter, effect or field that does not fit, with its place in the scene.
     pub fn new(scene: &Scene, search: &PluginSearch) -> Result<Self> {
-        prepare(scene, search)
+        let mut notes = Vec::new();
+        let sheet = Arc::new(read_sheet(scene, &mut notes)?);
+        if let Some(place) = sheet.reduction().place() {
+            super::ranks::check(scene, place)?;
+        }
+        set_up(scene, search, (sheet, None), notes)
     }
 
     /// The same over several ranks: each keeps its part of the sheet, and all take the same steps.
@@ -99,59 +104,34 @@ impl Simulation {
         search: &PluginSearch,
         ranks: Arc<dyn Communicator>,
     ) -> Result<Self> {
-        over(scene, search, ranks)
+        super::ranks::check(scene, "on more than one rank")?;
+        let mut notes = Vec::new();
+        let place = |e: sheet::SheetError| scene.error_at("sheet", &e.to_string(), None);
+        let (around, part, mesh) = match initial_state::lattice(scene)? {
+            Some(lattice) => {
+                let (around, part) = SheetPart::of_lattice(&lattice, ranks).map_err(place)?;
+                (around, part, MeshRecord::new(lattice.points(), lattice.triangles()))
+            }
+            None => {
+                let whole = read_sheet(scene, &mut notes)?;
+                let part = SheetPart::cut(&whole, ranks).map_err(place)?;
+                let mesh = mesh_record(&whole);
+                (whole, part, mesh)
+            }
+        };
+        let sheet = Arc::new(part.sheet.clone());
+        set_up(scene, search, (sheet, Some((around, RankPart::new(part, mesh)))), notes)
     }
-}
-
-/// Makes `scene` ready to run.
-///
-/// # Errors
-/// A mesh, plugin, parameter, effect or field that does not fit, with its place in the scene.
-pub(super) fn prepare(scene: &Scene, search: &PluginSearch) -> Result<Simulation> {
-    let mut notes = Vec::new();
-    let sheet = Arc::new(read_sheet(scene, &mut notes)?);
-    if let Some(place) = sheet.reduction().place() {
-        super::ranks::check(scene, place)?;
-    }
-    on(scene, search, (sheet, None), notes)
-}
-
-/// The same over `ranks`: of the sheet this one keeps its part.
-///
-/// # Errors
-/// As for one process, on any rank; what does not go over ranks.
-pub(super) fn over(
-    scene: &Scene,
-    search: &PluginSearch,
-    ranks: Arc<dyn Communicator>,
-) -> Result<Simulation> {
-    super::ranks::check(scene, "on more than one rank")?;
-    let mut notes = Vec::new();
-    let place = |e: sheet::SheetError| scene.error_at("sheet", &e.to_string(), None);
-    let (around, part, mesh) = match initial_state::lattice(scene)? {
-        Some(lattice) => {
-            let (around, part) = SheetPart::of_lattice(&lattice, ranks).map_err(place)?;
-            (around, part, MeshRecord::of(lattice.points(), lattice.triangles()))
-        }
-        None => {
-            let whole = read_sheet(scene, &mut notes)?;
-            let part = SheetPart::cut(&whole, ranks).map_err(place)?;
-            let mesh = mesh_record(&whole);
-            (whole, part, mesh)
-        }
-    };
-    let sheet = Arc::new(part.sheet.clone());
-    on(scene, search, (sheet, Some((around, RankPart::new(part, mesh)))), notes)
 }
 
 /// Makes `scene` ready to run on its sheet, or on a part of the whole.
-fn on(
+fn set_up(
     scene: &Scene,
     search: &PluginSearch,
     (sheet, of): (Arc<Sheet>, Option<(Sheet, RankPart)>),
     mut notes: Vec<String>,
 ) -> Result<Simulation> {
-    let mut setup = SetupCost::begin();
+    let began = Instant::now();
     let read = |file: &Path| {
         let mut surface = read_surface(file)?;
         if let Some((_, rank_part)) = &of {
@@ -175,13 +155,15 @@ fn on(
     }
     let problem = problem(scene, &sheet, material.as_ref(), laws.as_ref(), of.as_ref())?;
     let problem = problem.with_surface_reader(&read);
-    let mut stepper = binding::stepper(scene, &problem, &mut setup, &mut notes)?;
+    let (mut stepper, effects) = bound(scene, &problem, &mut notes)?;
     let model = Arc::clone(stepper.model());
     note_model(scene, &model, &mut notes)?;
     stepper.state = initial_state(scene, &sheet, of.as_ref(), &model)?;
     let fields = fields(scene, &stepper, material.as_ref())?;
-    let invariants = Invariants::of(scene, &mut stepper)?;
-    setup.end(stepper.model().tally());
+    let invariants = Invariants::new(scene, &mut stepper)?;
+    let tally = stepper.model().tally();
+    let known: Duration = tally.costs().into_iter().map(|cost| cost.time).sum();
+    tally.meter("preparation", "setup", &[]).add(began.elapsed().saturating_sub(known));
     let (plugins, host_law) = laws.map(|laws| (laws.files, laws.host_law)).unwrap_or_default();
     let mut simulation = Simulation {
         stepper,
@@ -190,11 +172,11 @@ fn on(
         fields,
         notes,
         faults: Vec::new(),
-        setup,
+        effects,
+        began,
         invariants,
         spent: crate::tally::Spent::default(),
         rank_part: of.map(|(_, part)| part),
-        processor: Processor::default(),
     };
     start(scene, &mut simulation)?;
     Ok(simulation)
@@ -308,6 +290,49 @@ fn problem<'a>(
         .with_solvers(&*scene.time.integrator, &*scene.equilibrium))
 }
 
+/// The stepper of `problem`, which `scene` states, and what each of its effects contributes.
+fn bound(
+    scene: &Scene,
+    problem: &Problem<'_>,
+    notes: &mut Vec<String>,
+) -> Result<(Stepper, Vec<EffectParts>)> {
+    let mut parts = Vec::new();
+    let mut on_effect =
+        |number: usize, spec: &dyn EffectSpec, context: &EffectContext<'_>, effect: &Effect| {
+            parts.push(effect.parts());
+            let said = spec.notes(context).into_iter();
+            notes.extend(said.map(|said| format!("effect[{number}] ({}): {said}", spec.name())));
+            for term in &effect.energies {
+                scale_checks::check_load(number, term, context.material)?;
+            }
+            for transport in &effect.transports {
+                scale_checks::check_transport(number, transport, context.sheet)?;
+            }
+            Ok(())
+        };
+    let stepper = problem.stepper_with(&mut on_effect).map_err(|error| placed(scene, &error))?;
+    Ok((stepper, parts))
+}
+
+/// `error` at its place in `scene`.
+fn placed(scene: &Scene, error: &ProblemError) -> Error {
+    let ProblemError { part, message, help } = error;
+    let at = |path: &str| scene.error_at(path, message, help.as_deref());
+    let error = match part {
+        Part::Material => scene.missing_table("material", message),
+        Part::Effects => at("effect"),
+        Part::Effect(number, key) if key.is_empty() => at(&format!("effect[{number}]")),
+        Part::Effect(number, key) => at(&format!("effect[{number}].{key}")),
+        Part::Sheet => at("sheet"),
+        Part::Planar => at("sheet.planar"),
+        Part::Law => at("kinetics"),
+        Part::Integrator => at("time.integrator"),
+        Part::Drag => at("material.drag"),
+        Part::Equilibrium => at("equilibrium"),
+    };
+    error.into()
+}
+
 /// Notes on what holds, loads and damps the sheet.
 fn note_model(scene: &Scene, model: &Model, notes: &mut Vec<String>) -> Result<()> {
     let mechanics = model.mechanics();
@@ -324,7 +349,7 @@ fn note_model(scene: &Scene, model: &Model, notes: &mut Vec<String>) -> Result<(
     }
     lints::on_rest_shape(scene, &mut potential, notes);
     let tolerance = scene.equilibrium.tolerance();
-    lints::on_loads(scene, &mut potential, tolerance, notes);
+    lints::on_loads(&mut potential, tolerance, notes);
     if scene.time.policy.storage().mechanics > 0.0 {
         lints::on_drag(scene, model.drag(), notes);
     }
