@@ -182,7 +182,7 @@ fn frames_and_size_are_bounded_and_both_ends_are_kept() {
     assert!(three.html.contains("3 of 6 frames"));
     let whole = fs::metadata(folder.join("out/report.html")).unwrap().len();
     let mut lengths = Vec::new();
-    for percent in [95, 85, 75] {
+    for percent in [95, 87, 79] {
         let bytes = whole * percent / 100;
         let limit = format!("{:.6}", bytes as f64 / 1e6);
         let args = ["view", "out", "-o", "bounded.html", "--size-limit", &limit, "--force"];
