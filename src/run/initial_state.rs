@@ -7,7 +7,7 @@ use super::Result;
 use crate::Vec3;
 use crate::effects::{EffectError, Field, Values, formula_on, formula_values};
 use crate::geometry::vertex_normals;
-use crate::kinetics::{Location, formula};
+use crate::kinetics::{Descriptor, Location, formula};
 use crate::model::{Chemistry, Model, Positions, State};
 use crate::num::Short;
 use crate::num::checked::{Finite, Positive};
@@ -166,8 +166,11 @@ pub(super) fn points(sheet: &Sheet, location: Location) -> Vec<Vec3> {
     }
 }
 
-fn species(scene: &Scene, sheet: &Sheet, chemistry: &Chemistry) -> Result<Vec<Vec<f64>>> {
-    let descriptor = chemistry.descriptor();
+/// What the laws of `scene` give as first values, by species, with the places.
+fn given<'a>(
+    scene: &'a Scene,
+    descriptor: &Descriptor,
+) -> Result<BTreeMap<&'a str, (String, &'a Initial)>> {
     let names: Vec<&str> = descriptor.species.iter().map(|s| s.name.as_str()).collect();
     let mut given: BTreeMap<&str, (String, &Initial)> = BTreeMap::new();
     for (number, spec) in scene.kinetics.iter().enumerate() {
@@ -191,6 +194,12 @@ fn species(scene: &Scene, sheet: &Sheet, chemistry: &Chemistry) -> Result<Vec<Ve
             given.insert(name, (path, initial));
         }
     }
+    Ok(given)
+}
+
+fn species(scene: &Scene, sheet: &Sheet, chemistry: &Chemistry) -> Result<Vec<Vec<f64>>> {
+    let descriptor = chemistry.descriptor();
+    let mut given = given(scene, descriptor)?;
     let at = points(sheet, chemistry.location());
     let number = |i: usize| match chemistry.location() {
         Location::Vertex => sheet.number(i),

@@ -32,7 +32,7 @@ pub fn take_state(simulation: &mut Simulation, surface: &Surface) -> Result<()> 
         })
     };
     let mut surface = surface.clone();
-    simulation.sheet().add_images(&mut surface);
+    simulation.sheet().add_images(&mut surface).map_err(refuse)?;
     let surface = &surface;
     same_mesh(simulation.sheet(), surface).map_err(refuse)?;
     valid_positions(simulation, &surface.points).map_err(refuse)?;

@@ -22,7 +22,7 @@ use crate::scene::Scene;
 /// magnitude, is below `time.stop_when_steady`.
 ///
 /// # Errors
-/// [`Error::Stopped`] if a step cannot be made; output that cannot be written.
+/// [`Error::Stopped`](super::Error::Stopped) if a step cannot be made; output that cannot be written.
 pub fn run(
     scene: &Scene,
     simulation: &mut Simulation,

@@ -24,7 +24,7 @@ impl Sheet {
             return Err("a lattice over ranks has no distance to the boundary");
         }
         let distances = self.stored_distances(on_triangles, || {
-            // Images of edges of the boundary are as near; the rim of all images is no boundary.
+            // Images of edges of the boundary are as near; the rim of all images does not count.
             let periodic = !self.reduction().periods().is_empty();
             let here = |e: &&Edge| match periodic {
                 true => e.vertices.iter().all(|v| self.boundary()[*v as usize]),

@@ -76,15 +76,29 @@ pub(crate) fn with_images(cell: &Sheet, periods: [f64; 2]) -> Result<Sheet, Shee
 }
 
 impl Sheet {
-    /// Completes `surface`, a frame of a periodic sheet, whose first points are those of the cell, by its images; leaves what
-    /// does not fit unchanged.
-    pub fn add_images(&self, surface: &mut Surface) {
+    /// Completes `surface`, a frame of a periodic sheet, whose first points are those of the cell, by its images; leaves that of
+    /// another sheet unchanged.
+    ///
+    /// # Errors
+    /// A surface with as many vertices and triangles, of another mesh.
+    pub fn add_images(&self, surface: &mut Surface) -> Result<(), String> {
         let [vertices, triangles] = self.counts_of_whole();
         if self.reduction().periods().is_empty()
             || surface.points.len() < vertices
             || surface.triangles.len() != triangles
         {
-            return;
+            return Ok(());
+        }
+        // Images have numbers of their own in a frame.
+        let inside = |v: u32| (v as usize) < vertices;
+        let differs = |(own, other): (&[u32; 3], &[u32; 3])| {
+            own.iter().zip(other).any(|(v, w)| if inside(*v) { v != w } else { inside(*w) })
+        };
+        let mut pairs = self.triangles()[..triangles].iter().zip(&surface.triangles);
+        if let Some(t) = pairs.position(differs) {
+            return Err(format!(
+                "triangle {t} has other vertices in the scene's sheet: it is a state of another mesh"
+            ));
         }
         let (rest, places) = (self.rest(), self.places());
         let owner = |i: usize| self.number(i) as usize;
@@ -101,6 +115,7 @@ impl Sheet {
         for array in &mut surface.cell_arrays {
             rows(array, &|t| self.triangle_number(t) as usize, self.triangle_count());
         }
+        Ok(())
     }
 }
 

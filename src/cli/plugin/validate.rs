@@ -255,12 +255,20 @@ fn parent(args: &ValidateArgs) -> Result<()> {
     let _ = child.kill();
     let _ = child.wait();
     document.set("faults", faults.len());
+    conclude(args, &document, faults.len())
+}
+
+/// Prints the document, or that there is no fault.
+fn conclude(args: &ValidateArgs, document: &Findings, faults: usize) -> Result<()> {
+    let seed = args.seed;
     if args.json {
         document.print(true);
     }
-    match faults.len() {
+    match faults {
         0 => {
-            print("no faults found".to_owned());
+            if !args.json {
+                say!("no faults found");
+            }
             Ok(())
         }
         n => {

@@ -62,26 +62,7 @@ pub fn free_motions(
         let axis = Vec3::ith(p % 3, 1.0);
         if p < 3 { axis } else { axis.cross(&(x[i] - centre)) / radius }
     };
-    let mut fixed = Matrix6::zeros();
-    let mut rows = [0.0];
-    for (i, pin) in pins.iter().take(own).enumerate() {
-        for a in (0..3).filter(|&a| pin[a]) {
-            let row = Vector6::from_fn(|p, _| basis(p, i)[a]);
-            fixed += row * row.transpose();
-            rows[0] += 1.0;
-        }
-    }
-    reduction.sum_over_ranks(&mut rows);
-    reduction.sum_over_ranks(fixed.as_mut_slice());
-    fixed /= rows[0].max(1.0);
-    for period in reduction.periods() {
-        for a in 0..3 {
-            let turned = |p: usize| Vec3::ith(p % 3, 1.0).cross(&period.normalize())[a];
-            let row = Vector6::from_fn(|p, _| if p < 3 { 0.0 } else { turned(p) });
-            fixed += row * row.transpose();
-        }
-    }
-    let eigen = SymmetricEigen::new(fixed);
+    let eigen = SymmetricEigen::new(hindrance(&pins[..own], reduction, &basis));
     let mut all: Vec<Motion> = Vec::new();
     for k in (0..6).filter(|&k| eigen.eigenvalues[k] <= FIXED_SQUARE_TOLERANCE) {
         let mut parameters: Vector6<f64> = eigen.eigenvectors.column(k).into();
@@ -105,6 +86,35 @@ pub fn free_motions(
         }
     }
     (all, radius)
+}
+
+/// The quadratic form of (t, ω) whose null vectors are the motions, velocities of which `basis` gives, that move no fixed
+/// component and change no period.
+fn hindrance(
+    pins: &[[bool; 3]],
+    reduction: &Reduction,
+    basis: &dyn Fn(usize, usize) -> Vec3,
+) -> Matrix6<f64> {
+    let mut fixed = Matrix6::zeros();
+    let mut rows = [0.0];
+    for (i, pin) in pins.iter().enumerate() {
+        for a in (0..3).filter(|&a| pin[a]) {
+            let row = Vector6::from_fn(|p, _| basis(p, i)[a]);
+            fixed += row * row.transpose();
+            rows[0] += 1.0;
+        }
+    }
+    reduction.sum_over_ranks(&mut rows);
+    reduction.sum_over_ranks(fixed.as_mut_slice());
+    fixed /= rows[0].max(1.0);
+    for period in reduction.periods() {
+        for a in 0..3 {
+            let turned = |p: usize| Vec3::ith(p % 3, 1.0).cross(&period.normalize())[a];
+            let row = Vector6::from_fn(|p, _| if p < 3 { 0.0 } else { turned(p) });
+            fixed += row * row.transpose();
+        }
+    }
+    fixed
 }
 
 /// The mean position.

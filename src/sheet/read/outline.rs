@@ -66,6 +66,7 @@ fn scale(rings: &mut [Ring], width: f64) {
 /// Rings of a text: two coordinates a line; a first line of words is a head.
 fn listed(bytes: &[u8]) -> Result<Vec<Ring>, String> {
     let text = std::str::from_utf8(bytes).map_err(|_| "it is not text".to_owned())?;
+    let text = text.trim_start_matches('\u{feff}');
     let mut rings = vec![Ring::new()];
     for (number, line) in text.lines().enumerate() {
         let line = line.split('#').next().unwrap_or_default().trim();
@@ -78,7 +79,7 @@ fn listed(bytes: &[u8]) -> Result<Vec<Ring>, String> {
         let numbers: Option<Vec<f64>> = words.iter().map(|word| word.parse().ok()).collect();
         match (numbers.as_deref(), rings.last_mut()) {
             (Some([x, y]), Some(ring)) if x.is_finite() && y.is_finite() => ring.push([*x, *y]),
-            (None, _) if number == 0 => {}
+            (None, _) if number == 0 && words.iter().all(|word| word.parse::<f64>().is_err()) => {}
             _ => return Err(format!("line {}: expected two numbers, found `{line}`", number + 1)),
         }
     }
@@ -99,7 +100,11 @@ fn drawn(bytes: &[u8]) -> Result<Vec<Ring>, String> {
     while let Some(token) = scanner.token()? {
         let Token::Start(tag) = token else { continue };
         let line = tag.line;
-        if tag.get("transform").is_some() {
+        if ["defs", "clipPath", "mask", "symbol", "pattern", "marker"].contains(&tag.name) {
+            return Err(format!("line {line}: <{}>; leave only the paths of the outline", tag.name));
+        }
+        let styled = tag.get("style").is_some_and(|style| style.contains("transform"));
+        if styled || tag.get("transform").is_some() {
             return Err(format!("line {line}: a transform; apply it in the drawing program"));
         }
         let text = match tag.name {

@@ -106,17 +106,19 @@ impl Gauge {
         &self.motions
     }
 
-    /// Takes over the motions of one for as many `vertices`; springs are in the matrix that they support.
+    /// Takes over the motions of one for as many `vertices`, with products by `reduction`; springs are in the matrix that they
+    /// support.
     pub(super) fn restore(
         &mut self,
         motions: Vec<Vec<Vec3>>,
-        vertices: usize,
+        (vertices, reduction): (usize, &Reduction),
     ) -> Result<(), Malformed> {
         if motions.iter().any(|motion| motion.len() != vertices) {
             return Err(Malformed);
         }
         self.motions = motions;
         self.springs.clear();
+        self.reduction = reduction.clone();
         Ok(())
     }
 

@@ -54,7 +54,9 @@ impl Pencil<'_, '_> {
         w
     }
 
+    /// Makes `v` a displacement that pins allow, the same of images and their owners.
     fn fix_pins(&self, v: &mut [Vec3]) {
+        self.restricted.update_ghosts(v);
         let pins = self.pins;
         parallel::update(v, |i, v| {
             for a in 0..3 {
@@ -176,7 +178,6 @@ fn cycle(
     control: &Control,
 ) -> Result<Cycle, SolveError> {
     let mut v = first;
-    pencil.restricted.update_ghosts(&mut v);
     pencil.fix_pins(&mut v);
     let raw = pencil.inner(&v, &v).sqrt();
     pencil.orthogonalise(&mut v, locked.iter().copied());

@@ -94,7 +94,7 @@ impl Lbfgs {
         let mut matrix = None;
         if let Some(factor) = factor {
             let vertices = mechanics.sheet().vertex_count();
-            self.gauge.restore(factor.motions.into_owned(), vertices)?;
+            self.gauge.restore(factor.motions.into_owned(), (vertices, reduction))?;
             matrix = factor.matrix;
         }
         let pattern = match matrix.as_ref().map(|matrix| &matrix.pairs) {
