@@ -74,6 +74,10 @@ impl LinearSolver for FaerLlt {
         factor.solve_in_place(x.as_mat_mut());
         rhs.iter_mut().enumerate().for_each(|(i, v)| (0..n).for_each(|a| v[a] = x[n * i + a]));
     }
+
+    fn detects_indefinite(&self) -> bool {
+        true
+    }
 }
 
 rumple::register_linear_solver!("faer-llt", FaerLlt::analyse);

@@ -11,7 +11,7 @@ use crate::sheet::SheetError;
 use crate::solve::SolveError;
 
 /// Anything that can go wrong, with its place in the message.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// The scene file is wrong; carries the place in the file.
@@ -44,6 +44,16 @@ pub enum Error {
     /// Of several runs some did not come to their end.
     #[error("{0}")]
     Incomplete(String),
+}
+
+/// As a command prints it: this is what a `main` that returns errors prints.
+impl std::fmt::Debug for Error {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Scene(error) => write!(f, "{error:?}"),
+            other => write!(f, "{other}"),
+        }
+    }
 }
 
 /// Shorthand for results with the crate's [`Error`].

@@ -18,7 +18,7 @@ const MAX_REPORTED: usize = 20;
 /// Shown on one line it reads `models/x.toml:12:3: message`; [`SceneError::rendered`] shows the
 /// line of the scene itself, with help. Everything wrong that was found at once is reported
 /// together.
-#[derive(Debug, Clone, thiserror::Error, Diagnostic)]
+#[derive(Clone, thiserror::Error, Diagnostic)]
 #[error("{}{}", prefix(&.0.origin, .0.position), .0.message)]
 #[diagnostic(transparent)]
 pub struct SceneError(Box<Report>);
@@ -40,6 +40,13 @@ struct Report {
     help: Option<String>,
     #[related]
     others: Vec<Report>,
+}
+
+/// As rendered: this is what a `main` that returns errors prints.
+impl std::fmt::Debug for SceneError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.rendered(false))
+    }
 }
 
 fn prefix(origin: &str, position: Option<(usize, usize)>) -> String {

@@ -100,3 +100,20 @@ fn an_unlisted_effect_changes_no_bit_and_no_count() {
     let (with, without) = (folder.path().join("with"), folder.path().join("without"));
     assert_eq!(counts(&with), counts(&without));
 }
+
+/// Images come behind what is owned, and this energy counts them.
+#[test]
+fn energies_that_do_not_support_parts_are_refused_on_periodic_sheets() {
+    let text =
+        "sheet = { shape = 'rectangle', periodic = 'x', width = 4.0, height = 2.0, vertices = 60 }
+        material = { young = 1.0, poisson = 0.3, thickness = 0.1 }
+        effect = [{ kind = 'stretching' }, { kind = 'test-unlisted' }]
+        time.until = 1.0
+        output.every = 1.0";
+    let scene = Scene::parse(text, "periodic.toml", &[]).unwrap();
+    let Err(error) = Simulation::new(&scene, &PluginSearch::in_directories(Vec::new())) else {
+        panic!("it is taken")
+    };
+    let said = error.to_string();
+    assert!(said.contains("the energy unlisted cannot be evaluated on a periodic sheet"), "{said}");
+}

@@ -18,7 +18,10 @@ mod scene_from_code;
 #[allow(dead_code)]
 mod indenter;
 
+use rumple::kinetics::PluginSearch;
+use rumple::linear::{BlockMatrix, LinearSolver, NotPositive};
 use rumple::scene::Scene;
+use rumple::{Simulation, Vec3};
 
 use crate::common::prepare;
 
@@ -69,7 +72,37 @@ fn scenes_name_a_registered_linear_solver() {
         };
         let message = error.rendered(false);
         assert!(names.iter().all(|name| message.contains(name)), "{message}");
+        // A `main` that returns errors prints them by `Debug`.
+        assert_eq!(format!("{:?}", rumple::Error::from(error)), message);
     }
+}
+
+/// A solver of nothing but what is required: the inverse of the diagonal.
+struct Diagonal(Vec<Vec3>);
+
+impl LinearSolver for Diagonal {
+    fn factorise(&mut self, matrix: &BlockMatrix, _: &[Vec3], _: bool) -> Result<(), NotPositive> {
+        let rows = 0..matrix.pattern().rows();
+        self.0 = rows.map(|i| matrix.diagonal(i).diagonal().map(|d| 1.0 / d)).collect();
+        Ok(())
+    }
+
+    fn solve(&mut self, rhs: &mut [Vec3]) {
+        rhs.iter_mut().zip(&self.0).for_each(|(v, inverse)| v.component_mul_assign(inverse));
+    }
+}
+
+rumple::register_linear_solver!("test-diagonal", |_| Ok(Box::new(Diagonal(Vec::new()))));
+
+#[test]
+fn newton_refuses_solvers_that_detect_nothing() {
+    let keys =
+        ["equilibrium={ method = \"newton\", linear_solver = \"test-diagonal\" }".to_owned()];
+    let scene = Scene::parse(PLATE, "plate.toml", &keys).unwrap();
+    let Err(error) = Simulation::new(&scene, &PluginSearch::in_directories(Vec::new())) else {
+        panic!("it is taken")
+    };
+    assert!(error.to_string().contains("LinearSolver::detects_indefinite"), "{error}");
 }
 
 /// The plate follows the ball down: its lowest point is that of the ball, less what a penalty gives way.

@@ -277,6 +277,10 @@ impl<const K: usize, E: Element<K> + 'static> Energy for Elements<K, E> {
         Reads { species: &self.species, time: self.timed }
     }
 
+    fn supports_ranks(&self) -> bool {
+        true
+    }
+
     fn prepare(&self, conditions: &Conditions<'_>, work: &mut Self::Work) {
         work.element.clear();
         (self.make)(conditions, &mut work.element);

@@ -109,6 +109,13 @@ pub trait Energy: Send + Sync + 'static {
         Reads::default()
     }
 
+    /// Whether it is right on a part of a sheet, of a periodic one or on a rank: energies that count what is owned
+    /// ([`Sheet::counts`](crate::sheet::Sheet::counts)), gradients and blocks that are complete there. Where it does not
+    /// declare that, such sheets are refused.
+    fn supports_ranks(&self) -> bool {
+        false
+    }
+
     /// Evaluates what depends on optimal lengths, species and time alone. Called before the first evaluation, and
     /// whenever these change.
     fn prepare(&self, _conditions: &Conditions<'_>, _work: &mut Self::Work) {}

@@ -284,6 +284,10 @@ impl Energy for DeadLoad {
         Reads::time(self.factor.changes() || self.timed.is_some())
     }
 
+    fn supports_ranks(&self) -> bool {
+        true
+    }
+
     fn prepare(&self, conditions: &Conditions<'_>, work: &mut Vec<Vec3>) {
         if let Some(timed) = &self.timed {
             *work = timed.at(conditions.sheet, conditions.time);

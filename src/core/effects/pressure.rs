@@ -132,6 +132,10 @@ impl Energy for FollowerPressure {
         Reads::time(self.factor.changes())
     }
 
+    fn supports_ranks(&self) -> bool {
+        true
+    }
+
     fn evaluate(
         &self,
         shape: &Shape<'_>,

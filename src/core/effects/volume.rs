@@ -205,6 +205,10 @@ impl Energy for EnclosedVolume {
         Reads::time(self.factor.changes())
     }
 
+    fn supports_ranks(&self) -> bool {
+        true
+    }
+
     fn evaluate(
         &self,
         shape: &Shape<'_>,

@@ -22,7 +22,8 @@ pub enum ModelError {
     /// An effect whose second derivatives couple vertices that it does not declare.
     #[error(
         "the effect {effect} couples vertices {} and {}, which its declared coupling does not: \
-         Energy::coupling has to cover all blocks that it adds",
+         corners of elements are at most two edges apart, Energy::coupling covers all blocks that an energy adds, and \
+         vertices further apart are coupled by terms of low rank",
         pair[0], pair[1]
     )]
     Coupling {

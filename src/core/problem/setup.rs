@@ -122,6 +122,10 @@ impl Problem<'_> {
                 "one process (with as many threads as there are cores), and no period, has it";
             return refuse("contact does not know parts of a sheet", help);
         }
+        if let Some(energy) = effect.energies.iter().find(|energy| !energy.supports_ranks()) {
+            let help = "Energy::supports_ranks declares that it can be";
+            return refuse(&format!("the energy {} cannot be evaluated", energy.name()), help);
+        }
         if !effect.internal.is_empty() {
             let help =
                 "one process (with as many threads as there are cores), and no period, has them";

@@ -39,7 +39,7 @@ pub trait LinearSolver: Send {
 
     /// Whether it fails for every matrix that is not positive definite, as a Cholesky factorisation does.
     fn detects_indefinite(&self) -> bool {
-        true
+        false
     }
 
     /// Negative eigenvalues of the last matrix, where indefinite ones are factorised and their inertia is known: what the
@@ -81,6 +81,10 @@ impl LinearSolver for BlockCholesky<f64> {
     fn solve(&mut self, rhs: &mut [Vec3]) {
         Self::solve(self, rhs);
     }
+
+    fn detects_indefinite(&self) -> bool {
+        true
+    }
 }
 
 impl LinearSolver for BlockLdlt {
@@ -90,10 +94,6 @@ impl LinearSolver for BlockLdlt {
 
     fn solve(&mut self, rhs: &mut [Vec3]) {
         Self::solve(self, rhs);
-    }
-
-    fn detects_indefinite(&self) -> bool {
-        false
     }
 
     fn negative_eigenvalues(&self) -> Option<usize> {
@@ -113,6 +113,10 @@ impl LinearSolver for MixedPrecisionCholesky {
 
     fn solve(&mut self, rhs: &mut [Vec3]) {
         Self::solve(self, rhs);
+    }
+
+    fn detects_indefinite(&self) -> bool {
+        true
     }
 
     /// Single precision may have been given up.
@@ -137,10 +141,6 @@ impl LinearSolver for Multigrid {
 
     fn solve(&mut self, rhs: &mut [Vec3]) {
         Self::solve(self, rhs);
-    }
-
-    fn detects_indefinite(&self) -> bool {
-        false
     }
 
     fn reads_shape(&self) -> bool {

@@ -252,6 +252,10 @@ impl<R: RestAngle> Energy for HingeBending<R> {
         )
     }
 
+    fn supports_ranks(&self) -> bool {
+        true
+    }
+
     fn prepare(&self, conditions: &Conditions<'_>, work: &mut Self::Work) {
         let (sheet, metric) = (conditions.sheet, conditions.metric);
         let (length, area) = (metric.length(), metric.weight_area());

@@ -241,6 +241,10 @@ impl Energy for MeyerBending {
         Reads::time(self.curved.as_ref().is_some_and(|curved| curved.depends_on_time()))
     }
 
+    fn supports_ranks(&self) -> bool {
+        true
+    }
+
     fn prepare(&self, conditions: &Conditions<'_>, work: &mut Self::Work) {
         if let Some(curved) = &self.curved {
             curved.prepare(self, conditions, work);

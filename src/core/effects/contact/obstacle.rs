@@ -310,6 +310,10 @@ impl Energy for Body {
         Reads::time(self.factor.changes() && self.displacement != Vec3::zeros())
     }
 
+    fn supports_ranks(&self) -> bool {
+        true
+    }
+
     fn evaluate(&self, shape: &Shape<'_>, (): &mut (), gradient: Option<&mut [Vec3]>) -> f64 {
         let distance = self.distances(shape);
         if let Some(gradient) = gradient {

@@ -57,6 +57,12 @@ impl EnergyTerm {
         self.energy.reads()
     }
 
+    /// [`Energy::supports_ranks`].
+    #[must_use]
+    pub fn supports_ranks(&self) -> bool {
+        self.energy.supports_ranks()
+    }
+
     /// [`ForceScales::applied`].
     #[must_use]
     pub fn applied_force(&self) -> f64 {
@@ -103,6 +109,7 @@ erased! {
         fn name() -> &str;
         fn coupling() -> Coupling;
         fn reads() -> Reads<'_>;
+        fn supports_ranks() -> bool;
         fn prepare(conditions: &Conditions<'_>, work: &mut Work);
         fn evaluate(shape: &Shape<'_>, work: &mut Work, gradient: Option<&mut [Vec3]>) -> f64;
         fn add_hessian(shape: &Shape<'_>, work: &mut Work, part: HessianPart, into: &mut BlockMatrix);

@@ -130,6 +130,10 @@ impl Energy for BondStretching {
         Coupling::ONE_RING
     }
 
+    fn supports_ranks(&self) -> bool {
+        true
+    }
+
     fn prepare(&self, conditions: &Conditions<'_>, work: &mut Self::Work) {
         let edges = conditions.sheet.edges();
         let (length, area) = (conditions.metric.length(), conditions.metric.weight_area());

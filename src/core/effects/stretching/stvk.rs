@@ -290,6 +290,10 @@ impl Energy for StvkStretching {
         Coupling::ONE_RING
     }
 
+    fn supports_ranks(&self) -> bool {
+        true
+    }
+
     fn prepare(&self, conditions: &Conditions<'_>, work: &mut Self::Work) {
         let metric = conditions.metric;
         let (optimal, rest) = (metric.length(), metric.reference_length());

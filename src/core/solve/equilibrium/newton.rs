@@ -127,7 +127,8 @@ fn analysed(
     match solver.detects_indefinite() {
         true => Ok(solver),
         false => Err(LinearError::new(
-            "newton needs a linear solver that detects matrices that are not positive, such as `factor`",
+            "newton needs a linear solver that detects matrices that are not positive \
+             (LinearSolver::detects_indefinite), such as `factor`",
         )),
     }
 }
