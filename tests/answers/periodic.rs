@@ -260,3 +260,31 @@ fn a_film_on_a_foundation_wrinkles_at_its_critical_strain_and_wavelength() {
     assert!((found / exact - 1.0).abs() < 0.03, "{found} {exact}");
     assert!(beyond > 0.9 * exact, "{beyond}");
 }
+
+/// From a checkpoint the next steps have the same bits; frames of another mesh are refused.
+#[test]
+fn a_checkpoint_continues_with_the_same_bits() {
+    let (scene, mut one) = prepare(&shipped(FILM), &["sheet.vertices=400"]);
+    one.relax().unwrap();
+    (0..4).for_each(|_| drop(one.step(1.0).unwrap()));
+    let checkpoint = rumple::run::Checkpoint::of(&scene, &mut one).unwrap();
+    let (_, mut other) = prepare(&shipped(FILM), &["sheet.vertices=400"]);
+    checkpoint.take_up(&scene, &mut other).unwrap();
+    for _ in 0..3 {
+        one.step(1.0).unwrap();
+        other.step(1.0).unwrap();
+        assert_eq!(one.state().time, other.state().time);
+        assert!(one.state().x.iter().zip(other.state().x.iter()).all(|(a, b)| a == b));
+    }
+    let (_, mut another) = prepare(&shipped(FILM), &["sheet.vertices=400", "sheet.seed=5"]);
+    let frame = one.frame().unwrap();
+    let (points, triangles) = (frame.points.to_vec(), frame.triangles.to_vec());
+    let cell = one.sheet().counts_of_whole();
+    let surface = rumple::sheet::Surface {
+        points,
+        triangles: triangles[..cell[1]].to_vec(),
+        ..rumple::sheet::Surface::default()
+    };
+    let refused = rumple::run::inspect::take_state(&mut another, &surface).unwrap_err();
+    assert!(refused.to_string().contains("another mesh"), "{refused}");
+}

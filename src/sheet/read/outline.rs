@@ -101,7 +101,10 @@ fn drawn(bytes: &[u8]) -> Result<Vec<Ring>, String> {
         let Token::Start(tag) = token else { continue };
         let line = tag.line;
         if ["defs", "clipPath", "mask", "symbol", "pattern", "marker"].contains(&tag.name) {
-            return Err(format!("line {line}: <{}>; leave only the paths of the outline", tag.name));
+            return Err(format!(
+                "line {line}: <{}>; leave only the paths of the outline",
+                tag.name
+            ));
         }
         let styled = tag.get("style").is_some_and(|style| style.contains("transform"));
         if styled || tag.get("transform").is_some() {
