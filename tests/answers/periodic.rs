@@ -252,7 +252,7 @@ fn a_film_on_a_foundation_wrinkles_at_its_critical_strain_and_wavelength() {
     let (beyond, waves) = height(0.03);
     let most = (0..waves.len()).max_by(|a, b| waves[*a].total_cmp(&waves[*b])).unwrap();
     assert_eq!(most, 6, "{waves:?}");
-    // Beyond N stays what it is, k² a²/4 = ε - ε_c.
+    // Beyond, N keeps its critical value: k² a²/4 = ε - ε_c.
     let (rigidity, stiffness): (f64, f64) = (7.5, 45.66);
     let critical = 2.0 * (rigidity * stiffness).sqrt() / (2250.0 / (1.0 - 1.0 / 9.0));
     let exact = 2.0 * (0.03 - critical).sqrt() / (TAU / 4.0);

@@ -258,7 +258,7 @@ fn parent(args: &ValidateArgs) -> Result<()> {
     conclude(args, &document, faults.len())
 }
 
-/// Prints the document, or that there is no fault.
+/// Prints the document, or `no faults found`; an error with their number otherwise.
 fn conclude(args: &ValidateArgs, document: &Findings, faults: usize) -> Result<()> {
     let seed = args.seed;
     if args.json {
