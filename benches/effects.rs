@@ -23,7 +23,7 @@ use rumple::effects::{EffectContext, EffectSpec, HessianPart, Material, Measure}
 use rumple::model::{Mechanics, Potential};
 use rumple::num::real;
 use rumple::scene::Scene;
-use rumple::sheet::{Shape, Sheet, generate};
+use rumple::sheet::{Sheet, SheetShape, generate};
 use rumple::tally::Tally;
 use rumple_numerics::linear::BlockMatrix;
 
@@ -160,7 +160,7 @@ fn scope() -> f64 {
 
 fn at_size(vertices: usize, scope: f64) -> Result<()> {
     let radius = 0.3 * real(vertices).sqrt();
-    let shape = Shape::Sphere { radius, irregular: true };
+    let shape = SheetShape::Sphere { radius, irregular: true };
     let sheet = Arc::new(generate(&shape, vertices, 1)?);
     let wave = |x: &Vec3| 1.0 + 0.02 * (5.0 * x.x / radius).sin() * (4.0 * x.y / radius).cos();
     let x: Vec<Vec3> = sheet.rest().iter().map(|x| wave(x) * x).collect();

@@ -12,7 +12,7 @@ use std::time::Instant;
 
 use rumple::Vec3;
 use rumple::output::{Compression, Field, Frame, ResultDirectory, Series};
-use rumple::sheet::{Shape, generate};
+use rumple::sheet::{SheetShape, generate};
 
 const FRAMES: u32 = 1000;
 const VERTICES: usize = 10_000;
@@ -48,7 +48,7 @@ fn main() -> ExitCode {
 }
 
 fn measure(root: &Path) -> Result<(), Box<dyn Error>> {
-    let sheet = generate(&Shape::Disc { radius: 100.0 }, VERTICES, 1)?;
+    let sheet = generate(&SheetShape::Disc { radius: 100.0 }, VERTICES, 1)?;
     for (name, compression) in [("vtu", Compression::Zlib), ("vtu-none", Compression::None)] {
         let directory = ResultDirectory::prepare(&root.join(name), true)?;
         let mut series = Series::create(&directory, compression);

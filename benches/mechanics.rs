@@ -15,10 +15,10 @@ use rumple::effects::{Bending, BendingWeight, BondStretching, EnergyTerm, Hessia
 use rumple::effects::{MeyerBending, Stretching, StretchingWeight};
 use rumple::geometry::AreaRule;
 use rumple::model::{Mechanics, Potential};
-use rumple::sheet::{Shape, Sheet, generate};
+use rumple::sheet::{Sheet, SheetShape, generate};
 use rumple_numerics::linear::{BlockCholesky, BlockMatrix, Precision};
 
-const DISC: Shape = Shape::Disc { radius: 100.0 };
+const DISC: SheetShape = SheetShape::Disc { radius: 100.0 };
 
 fn disc() -> Arc<Sheet> {
     Arc::new(generate(&DISC, 20_000, 1).unwrap())

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use rumple::effects::{Bending, BondStretching, EnergyTerm, Material, MeyerBending, Stretching};
 use rumple::geometry::{AreaRule, Curvature, VertexArea};
 use rumple::model::{Mechanics, Potential};
-use rumple::sheet::{Shape, generate};
+use rumple::sheet::{SheetShape, generate};
 use rumple::solve::equilibrium::{Equilibrium, Goal, Lbfgs, LbfgsSpec};
 
 /// Relaxes the sheet and says how high the bump is.
@@ -15,7 +15,7 @@ use rumple::solve::equilibrium::{Equilibrium, Goal, Lbfgs, LbfgsSpec};
 /// # Errors
 /// None is expected; they are passed on so that the example shows where they arise.
 pub fn main() -> rumple::Result<()> {
-    let sheet = Arc::new(generate(&Shape::Disc { radius: 20.0 }, 1000, 1)?);
+    let sheet = Arc::new(generate(&SheetShape::Disc { radius: 20.0 }, 1000, 1)?);
     let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 0.5 };
     let bending = Bending::default();
     let energies: Vec<EnergyTerm> = vec![
@@ -42,7 +42,7 @@ pub fn main() -> rumple::Result<()> {
     let goal = Goal { tolerance: 1e-8, max_iterations: 1000, ..Goal::default() };
     let done = solver.relax(&mut mechanics, &mut x, &goal)?;
     let area = VertexArea::new(&sheet, AreaRule::default());
-    let curvature = Curvature::of(&mechanics.shape(&x), &area);
+    let curvature = Curvature::evaluate(&mechanics.shape(&x), &area);
     let height = x.iter().map(|x| x.z).fold(0.0, f64::max);
     let sharpest = curvature.mean.iter().copied().fold(0.0, f64::max);
     println!("{done:?}\nheight {height:.3}, largest mean curvature {sharpest:.3}");

@@ -89,7 +89,7 @@ rumple::register_linear_solver!("faer-llt", FaerLlt::analyse);
 pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     let given = std::env::args().nth(1).and_then(|text| text.parse().ok());
     let vertices = given.unwrap_or(2000);
-    let sheet = Arc::new(sheet::generate(&sheet::Shape::Disc { radius: 10.0 }, vertices, 1)?);
+    let sheet = Arc::new(sheet::generate(&sheet::SheetShape::Disc { radius: 10.0 }, vertices, 1)?);
     let mut energies = Vec::new();
     for name in ["factor", "faer-llt"] {
         let preconditioner = Preconditioner::named(name).ok_or("not registered")?;

@@ -128,8 +128,8 @@
 //!     }
 //! }
 //!
-//! # use rumple::sheet::{Shape, generate};
-//! let sheet = generate(&Shape::Disc { radius: 3.0 }, 60, 1)?.into();
+//! # use rumple::sheet::{SheetShape, generate};
+//! let sheet = generate(&SheetShape::Disc { radius: 3.0 }, 60, 1)?.into();
 //! let gravity = Gravity { weight: Finite::ONE };
 //! let report = rumple::kit::examine(&gravity, &sheet, None)?;
 //! assert_eq!(report.faults, Vec::<String>::new());

@@ -8,7 +8,7 @@ use rumple::effects::{
 };
 use rumple::model::{Mechanics, Potential};
 use rumple::num::real;
-use rumple::sheet::{Shape, Sheet, generate};
+use rumple::sheet::{Sheet, SheetShape, generate};
 use rumple::solve::equilibrium::Goal;
 use rumple_numerics::linear::{BlockCholesky, BlockMatrix, BlockPattern, Multigrid};
 
@@ -196,7 +196,7 @@ fn make_sheet(options: &Options, vertices: usize) -> Result<Sheet> {
     if options.lattice {
         return Ok(hexagon(vertices)?);
     }
-    Ok(generate(&Shape::Disc { radius: RADIUS }, vertices, 1)?)
+    Ok(generate(&SheetShape::Disc { radius: RADIUS }, vertices, 1)?)
 }
 
 /// A regular hexagon of equilateral triangles with 3n² + 3n + 1 vertices, n as fits `vertices`

@@ -21,7 +21,7 @@ use nalgebra::Matrix4;
 use rumple::effects::{Material, Pins};
 use rumple::model::Potential;
 use rumple::num::real;
-use rumple::sheet::{Shape, Sheet, generate};
+use rumple::sheet::{Sheet, SheetShape, generate};
 use rumple::solve::Control;
 use rumple::solve::continuation::{Continuation, Event, Family, Point, Settings};
 
@@ -128,7 +128,7 @@ fn first_mode(rims: [f64; 2]) -> (f64, usize) {
 
 /// The annulus with two rows of fixed vertices at each rim, and the radii midway between them.
 fn annulus(vertices: usize) -> Outcome<(Arc<Sheet>, Pins, [f64; 2])> {
-    let sheet = generate(&Shape::Annulus { inner: 0.25, outer: 1.0 }, vertices, 1)?;
+    let sheet = generate(&SheetShape::Annulus { inner: 0.25, outer: 1.0 }, vertices, 1)?;
     let mut fixed = sheet.boundary().to_vec();
     for edge in sheet.edges() {
         for [a, b] in [[0, 1], [1, 0]] {

@@ -27,7 +27,7 @@ use nalgebra::{Matrix6, Vector6};
 use rumple::Vec3;
 use rumple::effects::Material;
 use rumple::num::real;
-use rumple::sheet::{Shape, Sheet, generate};
+use rumple::sheet::{Sheet, SheetShape, generate};
 
 use super::{Outcome, Sample, mechanics, relax};
 
@@ -68,7 +68,7 @@ pub struct Bilayer {
 
 /// Q5 on a disc of so many vertices.
 pub fn bilayer(vertices: usize) -> Outcome<Bilayer> {
-    let sheet = Arc::new(generate(&Shape::Disc { radius: RADIUS }, vertices, 1)?);
+    let sheet = Arc::new(generate(&SheetShape::Disc { radius: RADIUS }, vertices, 1)?);
     // A trough along y, which relaxes to the one that the mesh prefers.
     let trough = |x: &Vec3| Vec3::new(x.x, x.y, 0.25 * critical() * x.x * x.x);
     let mut x: Vec<Vec3> = sheet.rest().iter().map(trough).collect();

@@ -21,7 +21,7 @@ use rumple::effects::{
     EffectContext, EffectSpec, Fibre, Field, Growth, Material, Measure, Pins, Region,
 };
 use rumple::num::real;
-use rumple::sheet::{Shape, Sheet, generate};
+use rumple::sheet::{Sheet, SheetShape, generate};
 
 use super::meshes::{disclination, pressed_flat};
 use super::{Models, Outcome, Sample, Stiffness, critical, mechanics, relax, relax_flat};
@@ -49,7 +49,7 @@ pub struct Cap {
 
 /// Height of the cap that a disc of thickness `thickness` becomes by growth.
 pub fn cap(vertices: usize, thickness: f64, models: &Models) -> Outcome<Cap> {
-    let sheet = Arc::new(generate(&Shape::Disc { radius: DISC }, vertices, 1)?);
+    let sheet = Arc::new(generate(&SheetShape::Disc { radius: DISC }, vertices, 1)?);
     let material = Material { young: 1.0, poisson: 1.0 / 3.0, thickness };
     let free = vec![[false; 3]; vertices];
     let mut mechanics = mechanics(&sheet, &material, &[models.stretching, models.bending], free)?;
@@ -77,7 +77,7 @@ pub fn cap(vertices: usize, thickness: f64, models: &Models) -> Outcome<Cap> {
 /// Slope of the cone that a disc of thickness `thickness` becomes by growth along its radius by `factor`, between 0.3 and
 /// 0.8 of the radius.
 pub fn cone(vertices: usize, thickness: f64, factor: f64, models: &Models) -> Outcome<Sample> {
-    let sheet = Arc::new(generate(&Shape::Disc { radius: DISC }, vertices, 1)?);
+    let sheet = Arc::new(generate(&SheetShape::Disc { radius: DISC }, vertices, 1)?);
     let material = Material { young: 1.0, poisson: 1.0 / 3.0, thickness };
     let free = vec![[false; 3]; vertices];
     let mut mechanics = mechanics(&sheet, &material, &[models.stretching, models.bending], free)?;
@@ -99,7 +99,7 @@ pub fn cone(vertices: usize, thickness: f64, factor: f64, models: &Models) -> Ou
         read: None,
     };
     let grown = growth.build(&context)?.growth.remove(0);
-    mechanics.set_length_factor(&grown.at(&sheet, 0.0));
+    mechanics.set_length_factor(&grown.at_edges(&sheet, 0.0));
     let slope = (factor * factor - 1.0).sqrt();
     let mut x = sheet.rest().to_vec();
     for x in &mut x {

@@ -9,7 +9,7 @@
 use std::sync::Arc;
 
 use rumple::effects::Material;
-use rumple::sheet::{Shape, generate};
+use rumple::sheet::{SheetShape, generate};
 
 use super::{Models, Outcome, Sample, area_load, at_point, mechanics, relax};
 
@@ -23,7 +23,7 @@ const LOAD: f64 = 1e-5;
 
 /// Height of the middle; `kappa` is κ(ν).
 pub fn hencky(vertices: usize, (nu, kappa): (f64, f64), models: &Models) -> Outcome<Sample> {
-    let sheet = Arc::new(generate(&Shape::Disc { radius: 1.0 }, vertices, 1)?);
+    let sheet = Arc::new(generate(&SheetShape::Disc { radius: 1.0 }, vertices, 1)?);
     let material = Material { young: 1.0 - nu * nu, poisson: nu, thickness: 1.0 };
     let pins = sheet.boundary().iter().map(|boundary| [*boundary; 3]).collect();
     let load = area_load(LOAD);

@@ -188,7 +188,7 @@ impl Stiffness {
     /// Prepares the factorisation.
     pub fn new(sheet: &Sheet) -> Outcome<Self> {
         let neighbours = |i: usize, f: &mut dyn FnMut(u32)| {
-            sheet.vertex_edges().of(i).iter().for_each(|&(_, j)| f(j));
+            sheet.vertex_edges().entries(i).iter().for_each(|&(_, j)| f(j));
         };
         let pattern = Arc::new(BlockPattern::of_rings(sheet.vertex_count(), 2, &neighbours, &[]));
         let matrix = BlockMatrix::zeros(Arc::clone(&pattern));

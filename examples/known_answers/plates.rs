@@ -18,7 +18,7 @@ use std::sync::Arc;
 use rumple::effects::Material;
 use rumple::effects::Pins;
 use rumple::num::real;
-use rumple::sheet::{Shape, Sheet, generate};
+use rumple::sheet::{Sheet, SheetShape, generate};
 
 use super::{
     Models, Outcome, Sample, Stiffness, area_load, at_point, critical, mechanics, relax_flat,
@@ -50,7 +50,7 @@ pub struct Plate {
 
 /// The plate on a mesh of so many vertices.
 pub fn plate(vertices: usize, boundary: Boundary) -> Outcome<Plate> {
-    let sheet = Arc::new(generate(&Shape::Disc { radius: 1.0 }, vertices, 1)?);
+    let sheet = Arc::new(generate(&SheetShape::Disc { radius: 1.0 }, vertices, 1)?);
     let mut fixed = sheet.boundary().to_vec();
     let mut radius = 1.0;
     if boundary == Boundary::Clamped {

@@ -17,7 +17,7 @@ use rumple::Vec3;
 use rumple::effects::{HessianPart, Material, Pins};
 use rumple::model::Potential;
 use rumple::num::{index, real, whole};
-use rumple::sheet::{Shape, Sheet, generate};
+use rumple::sheet::{Sheet, SheetShape, generate};
 
 use super::meshes::Strip;
 use super::{Models, Outcome, Sample, Stiffness, critical, mechanics, newton};
@@ -266,7 +266,7 @@ fn scale() -> f64 {
 
 /// R4: the pressure at which a sphere loses stability; R/h = 50.
 pub fn zoelly(vertices: usize, irregular: bool, models: &Models) -> Outcome<Sample> {
-    let sheet = Arc::new(generate(&Shape::Sphere { radius: RADIUS, irregular }, vertices, 1)?);
+    let sheet = Arc::new(generate(&SheetShape::Sphere { radius: RADIUS, irregular }, vertices, 1)?);
     let exact = 2.0 * scale() / (RADIUS * RADIUS);
     let pins = vec![[false; 3]; sheet.vertex_count()];
     let mut stiffness = Stiffness::new(&sheet)?;
@@ -314,7 +314,7 @@ fn stays_round(
 /// A cap with a pinned boundary, rim radius 6, R/h = 50; its vertex nearest to the apex.
 pub(super) fn cap(vertices: usize) -> Outcome<(Arc<Sheet>, usize, Pins)> {
     let height = RADIUS - (RADIUS * RADIUS - 36.0).sqrt();
-    let sheet = Arc::new(generate(&Shape::Cap { radius: RADIUS, height }, vertices, 1)?);
+    let sheet = Arc::new(generate(&SheetShape::Cap { radius: RADIUS, height }, vertices, 1)?);
     let apex = nearest(&sheet, Vec3::new(0.0, 0.0, height));
     let pins = sheet.boundary().iter().map(|on| [*on; 3]).collect();
     Ok((sheet, apex, pins))

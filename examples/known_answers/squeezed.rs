@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use rumple::Vec3;
 use rumple::model::Potential;
-use rumple::sheet::{Shape, generate};
+use rumple::sheet::{SheetShape, generate};
 
 use super::contact::plane;
 use super::shells::{RADIUS, SHELL_MEYER, SPHERE, nearest, reissner};
@@ -33,7 +33,7 @@ fn pushed(mechanics: &mut Potential, k: usize, x: &[Vec3]) -> [f64; 2] {
 
 /// F/(k δ) at the approaches of `EXACT`, with plates of this reach in units of the thickness.
 pub fn squeezed(vertices: usize, reach: f64) -> Outcome<Vec<Sample>> {
-    let shape = Shape::Sphere { radius: RADIUS, irregular: false };
+    let shape = SheetShape::Sphere { radius: RADIUS, irregular: false };
     let sheet = Arc::new(generate(&shape, vertices, 1)?);
     // They hinder rigid motions only, and carry no force: poles lie on an axis of symmetry.
     let mut pins = vec![[false; 3]; sheet.vertex_count()];

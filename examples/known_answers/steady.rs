@@ -34,7 +34,7 @@ use rumple::model::Model;
 use rumple::scene::Scene;
 use rumple::solve::Control;
 use rumple::solve::continuation::{
-    Continuation, Event, Point, Reacting, ReactingFamily, Settings, Unknowns,
+    Continuation, Event, Point, ReactingFamily, Settings, SteadyStateSystem, Unknowns,
 };
 
 use super::{Outcome, Sample};
@@ -70,7 +70,7 @@ pub(super) fn points<T: Fn(f64) -> String>(
     let settings = Settings { longest_step: 0.2, tolerance: 1e-9, ..settings };
     let control = Control::default();
     let start = (start, ends[0]);
-    let mut branch: Continuation<Reacting<Scenes<T>>> =
+    let mut branch: Continuation<SteadyStateSystem<Scenes<T>>> =
         Continuation::of_species(scenes, start, true, settings, &control)?;
     let mut all = vec![branch.point().clone()];
     while !branch.has_ended() && all.len() < MAX_POINTS {

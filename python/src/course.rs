@@ -26,7 +26,7 @@ impl Course {
     pub(crate) fn prepare(&mut self) -> rumple::Result<Relaxation> {
         let done = match (self.prepared, self.changed) {
             (false, _) => self.engine.prepare()?,
-            (true, true) => self.engine.restart()?,
+            (true, true) => self.engine.reinitialise()?,
             (true, false) => Relaxation::default(),
         };
         if !self.prepared {

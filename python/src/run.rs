@@ -14,7 +14,7 @@ use rumple::run::run::{Ending, continued, recorded};
 use rumple::run::{Observer, StepInfo, inspect, provenance, resume as resumption};
 use rumple::sheet::read;
 use rumple::view;
-use rumple::view::picture::{self, Drawing};
+use rumple::view::picture::{self, DrawingOptions};
 
 use crate::engine::{Pending, Slot};
 use crate::law::Law;
@@ -267,7 +267,7 @@ pub(crate) fn draw(
     movie: Option<(usize, f64)>,
 ) -> PyResult<()> {
     engine::call(py, || {
-        let drawing = Drawing::from_json(drawing)?;
+        let drawing = DrawingOptions::from_json(drawing)?;
         let (root, out) = (full(&files.0)?, full(&files.1)?);
         let files = (root.as_path(), out.as_path(), files.2);
         match movie {

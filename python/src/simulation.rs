@@ -76,7 +76,7 @@ impl Simulation {
         let scene = Arc::clone(&self.scene.get().checked);
         self.with(py, |course| {
             course.prepare()?;
-            Checkpoint::of(&scene, &mut course.engine)
+            Checkpoint::capture(&scene, &mut course.engine)
         })
     }
 

@@ -115,7 +115,7 @@ fn add_warnings(found: &mut Findings, simulation: &Simulation) {
                     saddle; give sheet.imperfection or sheet.bump to break the symmetry";
         found.each("warning", text, text);
     }
-    if let Some(listed) = simulation.stepper.breakpoints.listed() {
+    if let Some(listed) = simulation.stepper.breakpoints.describe() {
         found.one("steps", listed);
     }
     add_notes(found, simulation);

@@ -11,7 +11,7 @@ use crate::output::{Inputs, ResultFile};
 use crate::sheet::repair::{RepairOptions, Repaired, repair};
 use crate::sheet::write::{self, MeshFormat};
 use crate::sheet::{
-    Finding, MeshReport, Shape, Sheet, SheetError, check, generate, generate_graph, read,
+    Finding, MeshReport, Sheet, SheetError, SheetShape, check, generate, generate_graph, read,
 };
 
 /// Arguments of the command `mesh`.
@@ -192,30 +192,32 @@ impl ShapeCommand {
     /// Generates the mesh; returned with the description of its shape.
     fn generate(&self, vertices: usize, seed: u64) -> crate::Result<(Sheet, Value)> {
         let shape = match *self {
-            Self::Disc { radius } => Shape::Disc { radius },
-            Self::Rectangle { width, height } => Shape::Rectangle { width, height },
-            Self::Lattice { width, height } => Shape::Lattice { width, height },
-            Self::Annulus { inner, outer } => Shape::Annulus { inner, outer },
-            Self::Sphere { radius, irregular } => Shape::Sphere { radius, irregular },
-            Self::Cylinder { radius, height, caps } => Shape::Cylinder { radius, height, caps },
-            Self::Cap { radius, height } => Shape::Cap { radius, height },
-            Self::Torus { major, minor } => Shape::Torus { major, minor },
+            Self::Disc { radius } => SheetShape::Disc { radius },
+            Self::Rectangle { width, height } => SheetShape::Rectangle { width, height },
+            Self::Lattice { width, height } => SheetShape::Lattice { width, height },
+            Self::Annulus { inner, outer } => SheetShape::Annulus { inner, outer },
+            Self::Sphere { radius, irregular } => SheetShape::Sphere { radius, irregular },
+            Self::Cylinder { radius, height, caps } => {
+                SheetShape::Cylinder { radius, height, caps }
+            }
+            Self::Cap { radius, height } => SheetShape::Cap { radius, height },
+            Self::Torus { major, minor } => SheetShape::Torus { major, minor },
             Self::Ellipsoid { ref semi_axes } => {
                 let semi_axes = <[f64; 3]>::try_from(&semi_axes[..]).map_err(|_| {
                     let n = semi_axes.len();
                     SheetError::Unusable(format!("--semi-axes has {n} numbers; 3 are expected"))
                 })?;
-                Shape::Ellipsoid { semi_axes }
+                SheetShape::Ellipsoid { semi_axes }
             }
             Self::WavyStrip { width, height, amplitude, wavelength } => {
-                Shape::WavyStrip { width, height, amplitude, wavelength }
+                SheetShape::WavyStrip { width, height, amplitude, wavelength }
             }
             Self::Graph { width, height, ref z } => {
                 let formula = FieldFormula::new(z, false).map_err(|e| {
                     let help = e.help.map(|help| format!("; {help}")).unwrap_or_default();
                     SheetError::Unusable(format!("--z \"{z}\": {}{help}", e.message))
                 })?;
-                let heights = |points: &[Vec3]| formula.at(points, 0.0);
+                let heights = |points: &[Vec3]| formula.evaluate(points, 0.0);
                 let sheet = generate_graph([width, height], &heights, vertices, seed)?;
                 let named = json!({ "shape": "graph", "width": width, "height": height, "z": z });
                 return Ok((sheet, named));
@@ -360,7 +362,7 @@ fn print(as_json: bool, value: &Value, text: &str) {
 
 /// The file to be written, and its format.
 fn mesh_file(path: &Path, force: bool, inputs: &Inputs) -> crate::Result<(ResultFile, MeshFormat)> {
-    let Some(format) = MeshFormat::of(path) else {
+    let Some(format) = MeshFormat::from_path(path) else {
         let message =
             "a mesh is written as .obj, .vtu or .vtp; give the file one of these extensions";
         return Err(SheetError::File { path: path.to_owned(), message: message.into() }.into());

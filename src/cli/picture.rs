@@ -7,7 +7,7 @@ use clap::Args;
 use super::{Waiting, finite};
 use crate::num::Short;
 use crate::run::Result;
-use crate::view::picture::{self, ColourRange, Drawing, View};
+use crate::view::picture::{self, ColourRange, DrawingOptions, View};
 
 /// How sheets are drawn.
 #[derive(Debug, Args)]
@@ -48,8 +48,8 @@ struct DrawingArgs {
 }
 
 impl DrawingArgs {
-    fn drawing(&self) -> Drawing {
-        Drawing {
+    fn drawing(&self) -> DrawingOptions {
+        DrawingOptions {
             field: self.field.clone(),
             range: self.range,
             map: self.map.clone(),

@@ -36,7 +36,7 @@ pub struct Stepper {
 /// What a [`Stepper`] remembers besides its state: with both, one that is newly made of the same problem makes the same
 /// steps, bit for bit.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Memory {
+pub struct SolverState {
     workspace: Record,
     integrator: Record,
 }
@@ -123,11 +123,11 @@ impl Stepper {
     ///
     /// # Errors
     /// As for [`Stepper::relax`], and where the chemistry comes to no rest.
-    pub fn settle(&mut self) -> Result<Relaxation> {
+    pub fn relax_to_steady_state(&mut self) -> Result<Relaxation> {
         self.check()?;
         self.check_start()?;
         self.hold();
-        chemistry::settle(&mut self.workspace, &mut self.state)
+        chemistry::relax_to_steady_state(&mut self.workspace, &mut self.state)
     }
 
     /// Sets the values that effects hold.
@@ -211,15 +211,15 @@ impl Stepper {
 
     /// What later steps depend on besides the state: all of it where [`Integrator::is_storable`].
     #[must_use]
-    pub fn memory(&self) -> Memory {
-        Memory { workspace: self.workspace.memory(), integrator: self.integrator.memory() }
+    pub fn memory(&self) -> SolverState {
+        SolverState { workspace: self.workspace.memory(), integrator: self.integrator.memory() }
     }
 
     /// Takes over the memory of one of the same problem.
     ///
     /// # Errors
     /// [`Malformed`] if it is of another problem.
-    pub fn restore(&mut self, memory: &Memory) -> Result<(), Malformed> {
+    pub fn restore(&mut self, memory: &SolverState) -> Result<(), Malformed> {
         self.workspace.restore(&memory.workspace)?;
         self.integrator.restore(&memory.integrator, self.state.x.len())
     }

@@ -36,7 +36,7 @@ impl FaceVertexAverage {
         });
         let (weight, incident) = (&self.weight, sheet.vertex_triangles());
         parallel::fill(&mut self.total, |i| {
-            incident.of(i).iter().map(|&(t, k)| weight[t as usize][k as usize]).sum()
+            incident.entries(i).iter().map(|&(t, k)| weight[t as usize][k as usize]).sum()
         });
     }
 
@@ -58,7 +58,7 @@ impl FaceVertexAverage {
         vertex: usize,
         mut emit: impl FnMut(usize, Vec3),
     ) {
-        let around = sheet.vertex_triangles().of(vertex);
+        let around = sheet.vertex_triangles().entries(vertex);
         let mean: f64 = around
             .iter()
             .map(|&(t, k)| self.share(t as usize, k as usize, vertex) * faces[t as usize])
@@ -84,7 +84,7 @@ impl FaceVertexAverage {
     {
         let (weight, total, incident) = (&self.weight, &self.total, sheet.vertex_triangles());
         parallel::fill(vertices, |i| {
-            let around = incident.of(i).iter();
+            let around = incident.entries(i).iter();
             let sum: T =
                 around.map(|&(t, k)| faces[t as usize] * weight[t as usize][k as usize]).sum();
             sum * (1.0 / total[i])

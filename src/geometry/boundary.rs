@@ -34,14 +34,14 @@ pub struct BoundaryFit {
 impl BoundaryFit {
     /// On `sheet`, by its rest shape. A boundary vertex without interior ones near it has no weights.
     #[must_use]
-    pub fn of(sheet: &Sheet) -> Self {
+    pub fn new(sheet: &Sheet) -> Self {
         let boundary = (0..sheet.vertex_count()).filter(|i| sheet.boundary()[*i]);
         Self { weights: boundary.map(|i| (i, weights(sheet, i))).collect() }
     }
 
     /// Interior vertices and weights at the boundary vertex `i`.
     #[must_use]
-    pub fn at(&self, i: usize) -> &[(usize, f64)] {
+    pub fn weights(&self, i: usize) -> &[(usize, f64)] {
         self.weights.get(&i).map_or(&[], Vec::as_slice)
     }
 
@@ -61,7 +61,7 @@ fn interior(sheet: &Sheet, centre: usize) -> Vec<usize> {
     };
     for _ in 0..MOST_RINGS {
         let around = |v: usize| {
-            let triangles = sheet.vertex_triangles().of(v).iter();
+            let triangles = sheet.vertex_triangles().entries(v).iter();
             triangles.flat_map(|&(t, _)| sheet.triangles()[t as usize]).map(|v| v as usize)
         };
         ring = ring.into_iter().flat_map(around).filter(|v| seen.insert(*v)).collect();
@@ -77,10 +77,10 @@ fn weights(sheet: &Sheet, i: usize) -> Vec<(usize, f64)> {
     let x = sheet.rest();
     let normal: Vec3 = sheet
         .vertex_triangles()
-        .of(i)
+        .entries(i)
         .iter()
         .map(|&(t, _)| {
-            let face = Face::of(&sheet.triangles()[t as usize].map(|v| x[v as usize]));
+            let face = Face::from_corners(&sheet.triangles()[t as usize].map(|v| x[v as usize]));
             face.area * face.normal
         })
         .sum();
@@ -134,7 +134,7 @@ mod tests {
     #[test]
     fn linear_fields_are_extended_exactly() {
         let sheet = square(9, 2.0, 0.2);
-        let fit = BoundaryFit::of(&sheet);
+        let fit = BoundaryFit::new(&sheet);
         let linear = |x: &Vec3| 3.0 - 2.0 * x.x + 0.7 * x.y;
         let mut values: Vec<f64> = sheet.rest().iter().map(linear).collect();
         let right = values.clone();
@@ -159,8 +159,8 @@ mod tests {
         let metric = RestMetric::new(&sheet).unwrap();
         let shape = Shape { sheet: &sheet, metric: &metric, time: 0.0, x: &x };
         let area = VertexArea::new(&sheet, AreaRule::default());
-        let Curvature { mut mean, mut gaussian, .. } = Curvature::of(&shape, &area);
-        let fit = BoundaryFit::of(&sheet);
+        let Curvature { mut mean, mut gaussian, .. } = Curvature::evaluate(&shape, &area);
+        let fit = BoundaryFit::new(&sheet);
         fit.extend(&mut mean);
         fit.extend(&mut gaussian);
         [true, false].map(|boundary| {

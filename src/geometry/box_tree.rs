@@ -23,7 +23,7 @@ impl Bounds {
 
     /// The box of some points.
     #[inline]
-    pub(crate) fn of(points: impl IntoIterator<Item = Vec3>) -> Self {
+    pub(crate) fn enclosing(points: impl IntoIterator<Item = Vec3>) -> Self {
         points.into_iter().fold(Self::EMPTY, |b, x| b.with(&Self { least: x, largest: x }))
     }
 
@@ -80,7 +80,7 @@ impl BoxTree {
     /// Of items with these boxes at rest.
     pub(crate) fn new(items: &[Bounds]) -> Self {
         let centres: Vec<Vec3> = items.iter().map(Bounds::centre).collect();
-        let all = Bounds::of(centres.iter().copied());
+        let all = Bounds::enclosing(centres.iter().copied());
         let size = all.size().max();
         let key = |x: &Vec3| {
             let scaled = (x - all.least) / size;

@@ -53,7 +53,7 @@ impl Crossings {
     /// For the shapes of `sheet`.
     #[must_use]
     pub fn new(sheet: &Sheet) -> Self {
-        let of = |t: &[u32; 3]| Bounds::of(t.map(|v| sheet.rest()[v as usize]));
+        let of = |t: &[u32; 3]| Bounds::enclosing(t.map(|v| sheet.rest()[v as usize]));
         let bounds: Vec<Bounds> = sheet.triangles().iter().map(of).collect();
         Self { tree: BoxTree::new(&bounds), first: None }
     }
@@ -67,7 +67,8 @@ impl Crossings {
     /// All pairs of triangles that cross in the shape `x` of `sheet`, which it was made for.
     #[must_use]
     pub fn find(&mut self, sheet: &Sheet, x: &[Vec3]) -> CrossingPairs {
-        let bounds = |t: u32| Bounds::of(sheet.triangles()[t as usize].map(|v| x[v as usize]));
+        let bounds =
+            |t: u32| Bounds::enclosing(sheet.triangles()[t as usize].map(|v| x[v as usize]));
         self.tree.refit(bounds);
         let (this, count) = (&*self, self.tree.order().len());
         let block = |b: usize| {
@@ -90,7 +91,8 @@ impl Crossings {
     /// All such pairs, in ascending order.
     #[must_use]
     pub fn all(&mut self, sheet: &Sheet, x: &[Vec3]) -> Vec<[usize; 2]> {
-        let bounds = |t: u32| Bounds::of(sheet.triangles()[t as usize].map(|v| x[v as usize]));
+        let bounds =
+            |t: u32| Bounds::enclosing(sheet.triangles()[t as usize].map(|v| x[v as usize]));
         self.tree.refit(bounds);
         let mut of = vec![Vec::new(); self.tree.order().len()];
         let this = &*self;
@@ -106,7 +108,7 @@ impl Crossings {
     fn later(&self, sheet: &Sheet, x: &[Vec3], place: usize, found: &mut impl FnMut([usize; 2])) {
         let t = self.tree.order()[place];
         let corners = |t: u32| sheet.triangles()[t as usize];
-        let bounds = |t: u32| Bounds::of(corners(t).map(|v| x[v as usize]));
+        let bounds = |t: u32| Bounds::enclosing(corners(t).map(|v| x[v as usize]));
         let own = bounds(t);
         let of_first = |t: u32| self.first.is_some_and(|first| (t as usize) < first);
         let counts = |other: u32| self.first.is_none() || of_first(t) != of_first(other);

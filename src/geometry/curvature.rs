@@ -32,7 +32,7 @@ pub struct Curvature {
 impl Curvature {
     /// Evaluates all three at every vertex.
     #[must_use]
-    pub fn of(shape: &Shape<'_>, area: &VertexArea) -> Self {
+    pub fn evaluate(shape: &Shape<'_>, area: &VertexArea) -> Self {
         let mut all = vec![[0.0; 3]; shape.sheet.vertex_count()];
         parallel::fill(&mut all, |i| at_vertex(shape, area, i));
         Self {
@@ -49,7 +49,7 @@ fn at_vertex(shape: &Shape<'_>, rule: &VertexArea, i: usize) -> [f64; 3] {
     let mut l = Vec3::zeros();
     let mut normal = Vec3::zeros();
     let mut deficit = 2.0 * PI;
-    for &(t, k) in shape.sheet.vertex_triangles().of(i) {
+    for &(t, k) in shape.sheet.vertex_triangles().entries(i) {
         let (t, k) = (t as usize, k as usize);
         let face = shape.face(t);
         area += rule.corner_areas(shape, t)[k];
@@ -77,5 +77,5 @@ pub fn angle_at(shape: &Shape<'_>, t: usize, k: usize) -> f64 {
 pub(super) fn angle(corners: &[Vec3; 3], k: usize) -> f64 {
     let [here, next, last] = [0, 1, 2].map(|j| corners[(k + j) % 3]);
     let (u, v) = (next - here, last - here);
-    (2.0 * Face::of(corners).area).atan2(u.dot(&v))
+    (2.0 * Face::from_corners(corners).area).atan2(u.dot(&v))
 }

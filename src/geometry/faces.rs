@@ -20,7 +20,7 @@ impl Face {
     /// Of a triangle with these corners.
     #[must_use]
     #[inline]
-    pub fn of([a, b, c]: &[Vec3; 3]) -> Self {
+    pub fn from_corners([a, b, c]: &[Vec3; 3]) -> Self {
         let cross = (b - a).cross(&(c - a));
         let double_area = cross.norm();
         Self { normal: cross / double_area, area: 0.5 * double_area }
@@ -38,7 +38,9 @@ impl Faces {
     pub fn update(&mut self, sheet: &Sheet, x: &[Vec3]) {
         self.face.resize(sheet.triangle_count(), Face::default());
         let triangles = sheet.triangles();
-        parallel::fill(&mut self.face, |t| Face::of(&triangles[t].map(|v| x[v as usize])));
+        parallel::fill(&mut self.face, |t| {
+            Face::from_corners(&triangles[t].map(|v| x[v as usize]))
+        });
     }
 
     /// The faces, in the order of the sheet's triangles.
@@ -62,7 +64,7 @@ pub fn face_areas(sheet: &Sheet, x: &[Vec3]) -> Vec<f64> {
 pub fn vertex_normals(sheet: &Sheet, x: &[Vec3]) -> Vec<Vec3> {
     let mut normals = vec![Vec3::zeros(); x.len()];
     parallel::fill(&mut normals, |i| {
-        let around = sheet.vertex_triangles().of(i).iter();
+        let around = sheet.vertex_triangles().entries(i).iter();
         let sum: Vec3 = around
             .map(|&(t, _)| {
                 let [a, b, c] = sheet.triangles()[t as usize].map(|v| x[v as usize]);

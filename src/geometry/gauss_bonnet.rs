@@ -34,7 +34,7 @@ struct Claims<'a> {
 impl TotalCurvature {
     /// Of `sheet` in the shape `x`.
     #[must_use]
-    pub fn of(sheet: &Sheet, x: &[Vec3]) -> Self {
+    pub fn evaluate(sheet: &Sheet, x: &[Vec3]) -> Self {
         Self::claimed(
             &Claims {
                 triangles: sheet.triangles(),
@@ -100,11 +100,11 @@ mod tests {
     fn a_triangle_without_angles_is_named() {
         let (triangles, mut x) = solid();
         let sheet = Sheet::new(x.clone(), triangles).unwrap();
-        assert_eq!(TotalCurvature::of(&sheet, &x).worst, None);
+        assert_eq!(TotalCurvature::evaluate(&sheet, &x).worst, None);
         x[2] = x[0];
-        let seen = TotalCurvature::of(&sheet, &x);
+        let seen = TotalCurvature::evaluate(&sheet, &x);
         assert!(seen.defect.abs() > 1.0 && seen.worst == Some(0), "{seen:?}");
         x[2].x = f64::NAN;
-        assert!(TotalCurvature::of(&sheet, &x).defect.is_nan());
+        assert!(TotalCurvature::evaluate(&sheet, &x).defect.is_nan());
     }
 }

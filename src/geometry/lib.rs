@@ -83,7 +83,7 @@ impl Shape<'_> {
     #[must_use]
     #[inline]
     pub fn face(&self, t: usize) -> Face {
-        Face::of(&self.corners(t))
+        Face::from_corners(&self.corners(t))
     }
 
     /// Edge vectors of triangle `t`, `e_k` opposite corner `k`, oriented with the triangle.

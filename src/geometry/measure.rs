@@ -17,7 +17,7 @@ use super::Face;
 pub fn area(sheet: &Sheet, x: &[Vec3]) -> f64 {
     let triangles = sheet.triangles();
     let all = sheet.reduction();
-    all.sum(triangles.len(), |t| Face::of(&triangles[t].map(|v| x[v as usize])).area)
+    all.sum(triangles.len(), |t| Face::from_corners(&triangles[t].map(|v| x[v as usize])).area)
 }
 
 /// Returns the volume between the shape `x` and the point `origin`, length³.

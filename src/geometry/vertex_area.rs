@@ -41,7 +41,8 @@ pub enum AreaRule {
 #[must_use]
 pub fn lumped_areas(sheet: &Sheet) -> Vec<f64> {
     let mut area = vec![0.0; sheet.vertex_count()];
-    let face = |t: usize| Face::of(&sheet.triangles()[t].map(|v| sheet.rest()[v as usize]));
+    let face =
+        |t: usize| Face::from_corners(&sheet.triangles()[t].map(|v| sheet.rest()[v as usize]));
     sum_at_corners(sheet, |t| face(t).area / 3.0, &mut area);
     area
 }
@@ -67,7 +68,7 @@ impl VertexArea {
     #[must_use]
     pub fn new(sheet: &Sheet, rule: AreaRule) -> Self {
         let made = Self::lazy(rule);
-        made.of(sheet);
+        made.computed_fractions(sheet);
         made
     }
 
@@ -79,12 +80,12 @@ impl VertexArea {
 
     /// The fractions ω, computed now if they were not before.
     #[inline]
-    fn of(&self, sheet: &Sheet) -> &[[f64; 3]] {
+    fn computed_fractions(&self, sheet: &Sheet) -> &[[f64; 3]] {
         self.fraction.get_or_init(|| match self.rule {
             AreaRule::FrozenVoronoi => (0..sheet.triangle_count())
                 .map(|t| {
                     let corner = sheet.triangles()[t].map(|v| sheet.rest()[v as usize]);
-                    let area = Face::of(&corner).area;
+                    let area = Face::from_corners(&corner).area;
                     mixed_voronoi(&corner, area).map(|share| share / area)
                 })
                 .collect(),
@@ -118,7 +119,7 @@ impl VertexArea {
                 let corner = shape.sheet.triangles()[t].map(|v| shape.x[v as usize]);
                 mixed_voronoi(&corner, area)
             }
-            _ => self.of(shape.sheet)[t].map(|w| w * area),
+            _ => self.computed_fractions(shape.sheet)[t].map(|w| w * area),
         }
     }
 
@@ -144,7 +145,7 @@ impl VertexArea {
         let face = shape.face(t);
         let e = shape.edge_vectors(t);
         if self.rule != AreaRule::MixedVoronoi {
-            self.of(shape.sheet);
+            self.computed_fractions(shape.sheet);
             let factor = 0.5 * self.derivative_by_area(t, weight);
             for m in 0..3 {
                 gradient[m] += factor * face.normal.cross(&e[m]);

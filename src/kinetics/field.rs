@@ -175,7 +175,7 @@ fn check_outputs(
         call: quantity.call(!partials.is_empty()),
         quantity: quantity.describe(descriptor, of_partials, column),
         value,
-        site: Site::of(batch, descriptor, quantity.signals(descriptor), point),
+        site: Site::new(batch, descriptor, quantity.signals(descriptor), point),
     })))
 }
 

@@ -184,7 +184,7 @@ impl Quantity {
 
 impl Batch<'_> {
     /// The inputs that a quantity of the rates' signals, or of none, reads.
-    pub(super) fn of(&self, quantity: Quantity) -> Self {
+    pub(super) fn inputs_of(&self, quantity: Quantity) -> Self {
         match quantity {
             Quantity::Feedback(_) => Self { signals: &[], ..*self },
             Quantity::Rates | Quantity::Observables => *self,

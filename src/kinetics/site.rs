@@ -23,7 +23,7 @@ pub struct Site {
 
 impl Site {
     /// A point of a batch with these signals, counted from the first one of it.
-    pub(super) fn of(
+    pub(super) fn new(
         batch: &Batch<'_>,
         descriptor: &Descriptor,
         signals: &[SignalRead],

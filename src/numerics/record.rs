@@ -19,7 +19,7 @@ impl Record {
     /// Writes `value`. A value that cannot be written, as one with a sequence of unknown length, leaves a record
     /// that cannot be read.
     #[must_use]
-    pub fn of(value: &impl Serialize) -> Self {
+    pub fn encode(value: &impl Serialize) -> Self {
         Self(postcard::to_allocvec(value).unwrap_or_default())
     }
 
@@ -69,9 +69,9 @@ mod tests {
             numbers: odd.to_vec(),
             points: vec![Vec3::new(1.0, -0.0, 1e-300)],
             step: Some(0.25),
-            inner: Record::of(&(7_u64, false)),
+            inner: Record::encode(&(7_u64, false)),
         };
-        let record = Record::of(&value);
+        let record = Record::encode(&value);
         let read: Value = record.read().unwrap();
         assert!(read.numbers.iter().zip(&odd).all(|(a, b)| a.to_bits() == b.to_bits()));
         assert_eq!(read.points[0].y.to_bits(), (-0.0f64).to_bits());
@@ -85,7 +85,7 @@ mod tests {
         }
         let long = Record::from([bytes, &[0]].concat());
         assert_eq!(long.read::<Value>().err(), Some(Malformed));
-        let count = Record::of(&u64::MAX);
+        let count = Record::encode(&u64::MAX);
         assert_eq!(count.read::<Vec<f64>>(), Err(Malformed));
     }
 }

@@ -59,7 +59,7 @@ pub(super) struct ResultsSoFar {
 /// What the solvers of a run remember.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct SolverMemory {
-    stepper: stepper::Memory,
+    stepper: stepper::SolverState,
     invariants: Option<Vec<invariants::Seen>>,
 }
 
@@ -103,7 +103,7 @@ impl Checkpoint {
     ///
     /// # Errors
     /// A file of the scene that cannot be read any more.
-    pub fn of(scene: &Scene, simulation: &mut Simulation) -> Result<Self> {
+    pub fn capture(scene: &Scene, simulation: &mut Simulation) -> Result<Self> {
         simulation.stepper.integrator.renew();
         Ok(Self::with(Fingerprint::new(scene, simulation)?, simulation, ResultsSoFar::default()))
     }
@@ -134,7 +134,7 @@ impl Checkpoint {
     /// # Errors
     /// From the operating system.
     pub fn write(&self, path: &Path) -> Result<()> {
-        Ok(checkpoint::write(path, &Record::of(self))?)
+        Ok(checkpoint::write(path, &Record::encode(self))?)
     }
 
     /// Reads the file of a checkpoint.
@@ -208,7 +208,7 @@ pub(super) struct Checkpoints {
     /// When the next one is due by the clock.
     due: Instant,
     /// In memory, with when it was made and how long that took.
-    held: Option<Held>,
+    held: Option<PendingCheckpoint>,
     /// Whether the scene asks for checkpoints.
     asked: bool,
     /// How many could not be written.
@@ -216,7 +216,7 @@ pub(super) struct Checkpoints {
     meter: Meter,
 }
 
-struct Held {
+struct PendingCheckpoint {
     checkpoint: Checkpoint,
     at: Instant,
     took: Duration,
@@ -288,7 +288,8 @@ impl Checkpoints {
         // An integrator of diffsol can be stored in few steps: none of them is missed.
         let seldom = simulation.stepper.integrator.renewed_after().is_some();
         let least = if seldom { Duration::ZERO } else { MIN_MEMORY_INTERVAL };
-        let since = |held: &Held| now - held.at >= least.max(INTERVAL_FACTOR * held.took);
+        let since =
+            |held: &PendingCheckpoint| now - held.at >= least.max(INTERVAL_FACTOR * held.took);
         if due || reduction.any(self.held.as_ref().is_none_or(since)) {
             self.hold(simulation, results);
         }
@@ -303,7 +304,8 @@ impl Checkpoints {
         let at = Instant::now();
         if simulation.stepper.integrator.is_storable() {
             let checkpoint = Checkpoint::with(self.fingerprint.clone(), simulation, results());
-            self.held = Some(Held { checkpoint, at, took: at.elapsed(), written: false });
+            self.held =
+                Some(PendingCheckpoint { checkpoint, at, took: at.elapsed(), written: false });
         }
     }
 
@@ -312,7 +314,7 @@ impl Checkpoints {
         let Some(held) = self.held.as_mut().filter(|held| !held.written) else { return };
         let _scope = self.meter.scope(0);
         let began = Instant::now();
-        match self.files.write(&Record::of(&held.checkpoint)) {
+        match self.files.write(&Record::encode(&held.checkpoint)) {
             Ok(_) => held.written = true,
             Err(error) => {
                 self.failed += 1;

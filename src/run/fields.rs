@@ -200,7 +200,7 @@ impl Fields {
                     continue;
                 }
                 "vertex_area" => {
-                    let curvature = Curvature::of(&at.potential()?.shape(x), &self.area);
+                    let curvature = Curvature::evaluate(&at.potential()?.shape(x), &self.area);
                     Field::scalar(title, curvature.area)
                 }
                 "force" => Field::vector(title, &at.potential()?.forces(x)),

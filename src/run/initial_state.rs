@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use super::Result;
 use crate::Vec3;
-use crate::effects::{EffectError, Field, Values, formula_on, formula_values};
+use crate::effects::{EffectError, Field, FieldValues, formula_on, formula_values};
 use crate::geometry::vertex_normals;
 use crate::kinetics::{Descriptor, Location, formula};
 use crate::model::{Chemistry, Model, Positions, State};
@@ -19,9 +19,9 @@ use crate::scene::{
 use crate::sheet::{self, Lattice, Sheet, SheetError};
 
 /// The generator's shape; none for the graph of a formula.
-fn shape(shape: &scene::Shape) -> Option<sheet::Shape> {
-    use scene::Shape as S;
-    use sheet::Shape as G;
+fn shape(shape: &scene::ShapeSpec) -> Option<sheet::SheetShape> {
+    use scene::ShapeSpec as S;
+    use sheet::SheetShape as G;
     Some(match shape {
         S::Disc(d) => G::Disc { radius: d.radius.get() },
         S::Rectangle(r) => {
@@ -62,23 +62,25 @@ fn shape(shape: &scene::Shape) -> Option<sheet::Shape> {
 ///
 /// # Errors
 /// Shapes that cannot be made, at `sheet.shape`, and formulas that are none, at `sheet.z`.
-pub(super) fn generated(scene: &Scene, spec: &scene::Shape) -> Result<Sheet> {
+pub(super) fn generated(scene: &Scene, spec: &scene::ShapeSpec) -> Result<Sheet> {
     let (vertices, seed) = (spec.vertices(), spec.seed());
     if let Some(lattice) = lattice(scene)? {
         let place = |e: SheetError| scene.error_at("sheet.shape", &e.to_string(), None).into();
         return lattice.sheet().map_err(place);
     }
-    let made = if let scene::Shape::Graph(graph) = spec {
+    let made = if let scene::ShapeSpec::Graph(graph) = spec {
         let formula = formula::FieldFormula::new(&graph.z, false).map_err(|e| {
             scene.error_within("sheet.z", &graph.z, &e.span, &e.message, e.help.as_deref())
         })?;
         let size = [graph.width.get(), graph.height.get()];
-        sheet::generate_graph(size, &|points| formula.at(points, 0.0), vertices, seed)
-    } else if let scene::Shape::Polygon(scene::Polygon { outline: Some(file), width, .. }) = spec {
+        sheet::generate_graph(size, &|points| formula.evaluate(points, 0.0), vertices, seed)
+    } else if let scene::ShapeSpec::Polygon(scene::Polygon { outline: Some(file), width, .. }) =
+        spec
+    {
         let rings = sheet::read::outline(file, width.map(Positive::get));
         let (points, holes) =
             rings.map_err(|e| scene.error_at("sheet.outline", &e.to_string(), None))?;
-        sheet::generate(&sheet::Shape::Polygon { points, holes }, vertices, seed)
+        sheet::generate(&sheet::SheetShape::Polygon { points, holes }, vertices, seed)
     } else {
         let shape = shape(spec).ok_or_else(|| {
             scene.error_at("sheet.shape", "no generator of this shape is registered", None)
@@ -104,7 +106,7 @@ pub(super) fn state(scene: &Scene, sheet: &Sheet, model: &Model) -> Result<State
 /// # Errors
 /// Too few or too many vertices for its sizes.
 pub(super) fn lattice(scene: &Scene) -> Result<Option<Lattice>> {
-    let SheetSource::Generated(scene::Shape::Lattice(spec)) = &scene.sheet.source else {
+    let SheetSource::Generated(scene::ShapeSpec::Lattice(spec)) = &scene.sheet.source else {
         return Ok(None);
     };
     let made = Lattice::new([spec.width.get(), spec.height.get()], spec.vertices.get());
@@ -129,9 +131,9 @@ fn positions(scene: &Scene, sheet: &Sheet, imperfection: Option<&Imperfection>) 
         let mut random = Sequence::new(imperfection.seed, -1.0..=1.0);
         // Of a lattice every vertex has a number drawn, so that a part need not know how many lie in the interior.
         let by_number =
-            matches!(scene.sheet.source, SheetSource::Generated(scene::Shape::Lattice(_)));
+            matches!(scene.sheet.source, SheetSource::Generated(scene::ShapeSpec::Lattice(_)));
         for (k, &i) in interior.iter().enumerate() {
-            let share = random.at(if by_number { sheet.number(i) } else { index(k) });
+            let share = random.draw(if by_number { sheet.number(i) } else { index(k) });
             x[i] += imperfection.amplitude.get() * share * along(imperfection.direction, i);
         }
     }
@@ -259,8 +261,8 @@ pub(super) fn by_region(
 ) -> Result<Vec<f64>> {
     let place = |e: EffectError| scene.error_at(path, &e.message, e.help.as_deref());
     match field.on(location, sheet, None, "regions").map_err(place)? {
-        Values::Each(values) => Ok(values),
-        Values::Same(value) => Ok(vec![value; points(sheet, location).len()]),
+        FieldValues::Each(values) => Ok(values),
+        FieldValues::Same(value) => Ok(vec![value; points(sheet, location).len()]),
     }
 }
 

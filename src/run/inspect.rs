@@ -215,7 +215,7 @@ pub fn inspect(simulation: &mut Simulation) -> Result<Value> {
     let mut at = workspace.at(state);
     let mut result = loads(&mut at)?;
     let potential = at.potential()?;
-    let mut curvature = Curvature::of(&potential.shape(&state.x), area);
+    let mut curvature = Curvature::evaluate(&potential.shape(&state.x), area);
     if model.mechanics().is_planar() {
         curvature.mean.fill(0.0);
         curvature.gaussian.fill(0.0);

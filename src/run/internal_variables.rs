@@ -46,7 +46,7 @@ pub(super) fn add_fields<'a>(
 pub(super) fn vertex_means(sheet: &Sheet, of: impl Fn(usize) -> f64) -> Vec<f64> {
     (0..sheet.vertex_count())
         .map(|i| {
-            let around = sheet.vertex_edges().of(i);
+            let around = sheet.vertex_edges().entries(i);
             let sum: f64 = around.iter().map(|&(e, _)| of(e as usize)).sum();
             sum / real(around.len())
         })

@@ -153,7 +153,7 @@ impl ShapeSums {
 
 /// Areas that go with the species in the shape `x`, of the triangles or the vertices that they live on.
 pub(super) fn point_areas(chemistry: &Chemistry, sheet: &Sheet, x: &[Vec3]) -> Vec<f64> {
-    let area = |t: usize| Face::of(&sheet.triangles()[t].map(|v| x[v as usize])).area;
+    let area = |t: usize| Face::from_corners(&sheet.triangles()[t].map(|v| x[v as usize])).area;
     let mut areas = vec![0.0; chemistry.points(sheet)];
     match chemistry.location() {
         Location::Vertex => sum_at_corners(sheet, |t| area(t) / 3.0, &mut areas),

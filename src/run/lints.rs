@@ -101,7 +101,7 @@ pub(super) fn on_drag(scene: &Scene, drag: &Drag, notes: &mut Vec<String>) {
             "the policy {} moves the shape under a drag, and the scene gives none: it is {} of every vertex, the \
              default of material.drag; the paper's is 100",
             scene.time.policy.name(),
-            Short(drag.at(0))
+            Short(drag.tangential(0))
         ));
     }
 }

@@ -80,8 +80,11 @@ impl Pattern {
         let (model, state) = (at.model(), at.state());
         let (sheet, x) = (model.sheet(), &state.x);
         let Some(chemistry) = model.chemistry() else { return Vec::new() };
-        let faces: Vec<f64> =
-            sheet.triangles().iter().map(|t| Face::of(&t.map(|v| x[v as usize])).area).collect();
+        let faces: Vec<f64> = sheet
+            .triangles()
+            .iter()
+            .map(|t| Face::from_corners(&t.map(|v| x[v as usize])).area)
+            .collect();
         let (values, position, area, neighbours): (_, Arc<[Vec3]>, Arc<[f64]>, Arc<[_]>) =
             match chemistry.location() {
                 Location::Face => {
@@ -126,7 +129,8 @@ impl Pattern {
             return Ok(None);
         }
         let rule = VertexArea::lazy(AreaRule::Barycentric);
-        let Curvature { mut area, mean, .. } = Curvature::of(&at.potential()?.shape(x), &rule);
+        let Curvature { mut area, mean, .. } =
+            Curvature::evaluate(&at.potential()?.shape(x), &rule);
         let boundary = sheet.boundary();
         area.iter_mut().zip(boundary).filter(|(_, b)| **b).for_each(|(area, _)| *area = 0.0);
         let inside = |[a, b]: &[u32; 2]| !boundary[*a as usize] && !boundary[*b as usize];

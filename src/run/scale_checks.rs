@@ -5,7 +5,7 @@ use super::Result;
 use crate::effects::{EnergyTerm, Material, TransportTerm};
 use crate::num::checked::{LARGEST, SMALLEST};
 use crate::num::{Short, real};
-use crate::problem::{Part, ProblemError};
+use crate::problem::{ProblemError, ProblemPart};
 use crate::scene::Scene;
 use crate::sheet::Sheet;
 
@@ -84,7 +84,7 @@ pub(super) fn check_transport(
     transport: &TransportTerm,
     sheet: &Sheet,
 ) -> Result<(), ProblemError> {
-    let rate = transport.spectral_bound(&transport.at(sheet, sheet.rest()));
+    let rate = transport.spectral_bound(&transport.operator_on(sheet, sheet.rest()));
     // NaN does not count as a rate below the bound either.
     if rate <= LARGEST {
         return Ok(());
@@ -96,7 +96,11 @@ pub(super) fn check_transport(
 /// That `what` of the key of effect `number` is out of bounds.
 fn too_large(number: usize, key: &str, what: &str) -> ProblemError {
     let help = format!("at most {LARGEST:e}: choose other units");
-    ProblemError::new(Part::Effect(number, key.into()), format!("{what} {OUTSIDE}"), Some(&help))
+    ProblemError::new(
+        ProblemPart::Effect(number, key.into()),
+        format!("{what} {OUTSIDE}"),
+        Some(&help),
+    )
 }
 
 /// Inspects the length factors of the edges at the start.

@@ -20,12 +20,12 @@ use crate::geometry::face_areas;
 use crate::kinetics::{Kinetics, Location, PluginSearch, Signal};
 use crate::model::{Model, ParameterFields, Potential, State};
 use crate::output::provenance::MeshRecord;
-use crate::problem::{Law, Part, Problem, ProblemError};
+use crate::problem::{Law, Problem, ProblemError, ProblemPart};
 use crate::reduction::Communicator;
 use crate::run::mesh::read_surface;
 use crate::run::{location, read_sheet};
 use crate::scene::{Scene, SheetSource};
-use crate::sheet::{self, Part as SheetPart, Sheet};
+use crate::sheet::{self, Sheet, Subdomain};
 use crate::tally::Tally;
 
 /// The material of a scene on its sheet.
@@ -109,12 +109,12 @@ impl Simulation {
         let place = |e: sheet::SheetError| scene.error_at("sheet", &e.to_string(), None);
         let (around, part, mesh) = match initial_state::lattice(scene)? {
             Some(lattice) => {
-                let (around, part) = SheetPart::of_lattice(&lattice, ranks).map_err(place)?;
+                let (around, part) = Subdomain::of_lattice(&lattice, ranks).map_err(place)?;
                 (around, part, MeshRecord::new(lattice.points(), lattice.triangles()))
             }
             None => {
                 let whole = read_sheet(scene, &mut notes)?;
-                let part = SheetPart::cut(&whole, ranks).map_err(place)?;
+                let part = Subdomain::cut(&whole, ranks).map_err(place)?;
                 let mesh = mesh_record(&whole);
                 (whole, part, mesh)
             }
@@ -319,16 +319,16 @@ fn placed(scene: &Scene, error: &ProblemError) -> Error {
     let ProblemError { part, message, help } = error;
     let at = |path: &str| scene.error_at(path, message, help.as_deref());
     let error = match part {
-        Part::Material => scene.missing_table("material", message),
-        Part::Effects => at("effect"),
-        Part::Effect(number, key) if key.is_empty() => at(&format!("effect[{number}]")),
-        Part::Effect(number, key) => at(&format!("effect[{number}].{key}")),
-        Part::Sheet => at("sheet"),
-        Part::Planar => at("sheet.planar"),
-        Part::Law => at("kinetics"),
-        Part::Integrator => at("time.integrator"),
-        Part::Drag => at("material.drag"),
-        Part::Equilibrium => at("equilibrium"),
+        ProblemPart::Material => scene.missing_table("material", message),
+        ProblemPart::Effects => at("effect"),
+        ProblemPart::Effect(number, key) if key.is_empty() => at(&format!("effect[{number}]")),
+        ProblemPart::Effect(number, key) => at(&format!("effect[{number}].{key}")),
+        ProblemPart::Sheet => at("sheet"),
+        ProblemPart::Planar => at("sheet.planar"),
+        ProblemPart::Law => at("kinetics"),
+        ProblemPart::Integrator => at("time.integrator"),
+        ProblemPart::Drag => at("material.drag"),
+        ProblemPart::Equilibrium => at("equilibrium"),
     };
     error.into()
 }

@@ -172,7 +172,7 @@ impl Simulation {
     ///
     /// # Errors
     /// If a law or the relaxation fails, or the state breaks an invariant of the scene.
-    pub fn restart(&mut self) -> Result<Relaxation> {
+    pub fn reinitialise(&mut self) -> Result<Relaxation> {
         self.stepper.integrator.renew();
         let model = self.model();
         let rests = model.moves() && model.storage().mechanics == 0.0;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Initial, ParameterSpec, Polygon, Scene, Shape, SheetSource, path_to};
+use super::{Initial, ParameterSpec, Polygon, Scene, ShapeSpec, SheetSource, path_to};
 
 impl Scene {
     /// Full path of the file that the scene was read from; empty for one that was parsed.
@@ -18,7 +18,7 @@ impl Scene {
         if let SheetSource::File { file } = &self.sheet.source {
             files.push(("sheet.file".to_owned(), file.as_path()));
         }
-        if let SheetSource::Generated(Shape::Polygon(Polygon { outline: Some(file), .. })) =
+        if let SheetSource::Generated(ShapeSpec::Polygon(Polygon { outline: Some(file), .. })) =
             &self.sheet.source
         {
             files.push(("sheet.outline".to_owned(), file.as_path()));
@@ -55,7 +55,7 @@ impl Scene {
         if let SheetSource::File { file } = &mut self.sheet.source {
             place(file);
         }
-        if let SheetSource::Generated(Shape::Polygon(Polygon { outline: Some(file), .. })) =
+        if let SheetSource::Generated(ShapeSpec::Polygon(Polygon { outline: Some(file), .. })) =
             &mut self.sheet.source
         {
             place(file);

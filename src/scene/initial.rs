@@ -150,7 +150,7 @@ impl<R: SampleRange<f64> + Clone> Sequence<R> {
     }
 
     /// The number at `place`, which is beyond those of earlier calls.
-    pub(crate) fn at(&mut self, place: u32) -> f64 {
+    pub(crate) fn draw(&mut self, place: u32) -> f64 {
         for _ in self.next..place {
             self.random.random_range(self.range.clone());
         }
@@ -168,7 +168,7 @@ fn vector(components: &[Finite; 3]) -> Vec3 {
 }
 
 impl Gaussian {
-    fn at(&self, point: &Vec3) -> f64 {
+    fn value(&self, point: &Vec3) -> f64 {
         let distance = (point - vector(&self.centre)).norm() / self.width.get();
         self.background.get() + self.amplitude.get() * (-0.5 * distance * distance).exp()
     }
@@ -224,9 +224,9 @@ impl Initial {
         Some(match self {
             Self::File(_) | Self::Regions(_) | Self::Pattern(Pattern::Formula(_)) => return None,
             Self::Uniform(value) => vec![value.get(); points.len()],
-            Self::Pattern(Pattern::Gaussian(spot)) => everywhere(&|x| spot.at(x)),
+            Self::Pattern(Pattern::Gaussian(spot)) => everywhere(&|x| spot.value(x)),
             Self::Pattern(Pattern::Spots(spots)) => {
-                everywhere(&|x| spots.iter().map(|spot| spot.at(x)).sum())
+                everywhere(&|x| spots.iter().map(|spot| spot.value(x)).sum())
             }
             Self::Pattern(Pattern::Rectangle(spot)) => everywhere(&|x| {
                 let from_centre = x - vector(&spot.centre);
@@ -243,7 +243,7 @@ impl Initial {
             }
             Self::Pattern(Pattern::Random(noise)) => {
                 let mut sequence = Sequence::new(noise.seed, -1.0..1.0);
-                let mut draw = |i| sequence.at(number(i));
+                let mut draw = |i| sequence.draw(number(i));
                 let value = |u| noise.mean.get() + noise.amplitude.get() * u;
                 (0..points.len()).map(|i| value(draw(i))).collect()
             }

@@ -29,7 +29,7 @@ pub(super) const READERS: [(&str, Reader); 9] = [
 ];
 
 /// The path of the first table's key that is called `key`, as in `time.until`.
-pub(super) fn of(key: &str) -> Option<String> {
+pub(super) fn find(key: &str) -> Option<String> {
     static KEYS: OnceLock<Vec<(&str, Vec<String>)>> = OnceLock::new();
     let keys = KEYS.get_or_init(|| READERS.map(|(table, reader)| (table, known(reader))).to_vec());
     let (table, _) = keys.iter().find(|(_, known)| known.iter().any(|known| known == key))?;

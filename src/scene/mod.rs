@@ -44,7 +44,7 @@ pub use self::output::OutputSpec;
 pub use self::schema::schema;
 pub use self::sheet::{
     Annulus, Bump, Cylinder, Direction, Disc, Imperfection, Periodic, Point, Polygon, Rectangle,
-    Shape, SheetSource, SheetSpec, Sphere,
+    ShapeSpec, SheetSource, SheetSpec, Sphere,
 };
 pub use self::stability::StabilitySpec;
 pub use self::time::{Span, TimeSpec};
@@ -338,7 +338,7 @@ fn check(mut root: Node, origin: Origin) -> Result<Scene, SceneError> {
     if let Value::Table(entries) = &root.value {
         for (key, _) in entries.iter().filter(|(key, _)| !TABLES.contains(&key.name.as_str())) {
             let problem = DocumentError::unknown_key(&key.name, &TABLES).placed(&key.place);
-            problems.push(match misplaced_key::of(&key.name) {
+            problems.push(match misplaced_key::find(&key.name) {
                 Some(path) => problem.help(format!("did you mean {path}?")),
                 None => problem,
             });

@@ -79,7 +79,7 @@ pub(super) fn read_output(mut node: Node) -> Result<OutputSpec, DocumentError> {
     match node.take("format") {
         Some((key, Node { value, .. })) if !matches!(&value, Value::String(name) if name == "vtu") =>
         {
-            let problem = DocumentError::at(key.place, "`format` is gone: frames are `.vtu`");
+            let problem = DocumentError::located(key.place, "`format` is gone: frames are `.vtu`");
             let help = "leave it out; `rumple view DIR` puts all frames into one file, `meshio convert` makes others";
             Err(problem.help(help))
         }

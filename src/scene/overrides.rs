@@ -18,17 +18,17 @@ use crate::document::{Key, MAX_DEPTH, Node, Place, Segment, Value, key_path};
 pub(crate) fn apply(root: &mut Node, text: &str, source: usize) -> Result<String, DocumentError> {
     let all = Place { source, span: 0..text.len() };
     let Some((path, value)) = text.split_once('=') else {
-        return Err(DocumentError::at(all, "an override has the form key.path=value"));
+        return Err(DocumentError::located(all, "an override has the form key.path=value"));
     };
     let path_place = Place { source, span: 0..path.len() };
     let segments = parse_path(path).map_err(|message| {
-        DocumentError::at(path_place.clone(), message).help(
+        DocumentError::located(path_place.clone(), message).help(
             "a path has the form time.until or \
             effect[0].model",
         )
     })?;
     if segments.len() > MAX_DEPTH {
-        return Err(DocumentError::at(
+        return Err(DocumentError::located(
             path_place,
             format!("a path of more than {MAX_DEPTH} steps"),
         ));
@@ -78,10 +78,10 @@ fn parse_value(
     let offset = offset + (raw.len() - raw.trim_start().len());
     let place = Place { source, span: offset..offset + text.len() };
     if text.is_empty() {
-        let problem = DocumentError::at(place, "an override needs a value after the =");
+        let problem = DocumentError::located(place, "an override needs a value after the =");
         // A key alone may belong into a table.
         let home = match path {
-            [Segment::Key(key)] => super::misplaced_key::of(key),
+            [Segment::Key(key)] => super::misplaced_key::find(key),
             _ => None,
         };
         return Err(problem.help(home.map_or_else(
@@ -135,11 +135,11 @@ fn set(
                     ),
                     false => format!("{} is a table, not a list", here()),
                 };
-                return Err(DocumentError::at(place.clone(), message));
+                return Err(DocumentError::located(place.clone(), message));
             }
             (other, _) => {
                 let message = format!("{} is {}, nothing is inside", here(), other.describe());
-                return Err(DocumentError::at(place.clone(), message));
+                return Err(DocumentError::located(place.clone(), message));
             }
         };
     }

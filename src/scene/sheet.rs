@@ -47,7 +47,7 @@ pub enum SheetSource {
         shape: Point,
     },
     /// A mesh made by this crate.
-    Generated(Shape),
+    Generated(ShapeSpec),
 }
 
 /// The shape of a scene without space.
@@ -61,7 +61,7 @@ pub enum Point {
 /// A shape that can be generated; lengths in units of length.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "shape", rename_all = "kebab-case")]
-pub enum Shape {
+pub enum ShapeSpec {
     /// A flat disc around the origin.
     Disc(Disc),
     /// A flat rectangle around the origin.
@@ -88,7 +88,7 @@ pub enum Shape {
     Graph(Graph),
 }
 
-impl Shape {
+impl ShapeSpec {
     /// Number of vertices asked for.
     #[must_use]
     pub fn vertices(&self) -> usize {
@@ -346,7 +346,7 @@ pub(crate) fn read_sheet(mut node: Node) -> Result<SheetSpec, DocumentError> {
     let place = node.place.clone();
     let source = match (node.take("shape"), node.take("file")) {
         (Some(_), Some((key, _))) => {
-            Err(DocumentError::at(key.place, "shape and file exclude each other").help(
+            Err(DocumentError::located(key.place, "shape and file exclude each other").help(
                 "give shape = \"…\" for a generated sheet, or file = \"…\" for one from a file",
             ))
         }
@@ -406,19 +406,19 @@ fn read_shape(name: Node, sizes: Node) -> Result<SheetSource, DocumentError> {
     let place = name.place.clone();
     let name: String = read(name).map_err(|problem| problem.under("shape"))?;
     let shape = match name.as_str() {
-        "disc" => read(sizes).map(Shape::Disc),
-        "rectangle" => read(sizes).map(Shape::Rectangle),
-        "lattice" => read(sizes).map(Shape::Lattice),
+        "disc" => read(sizes).map(ShapeSpec::Disc),
+        "rectangle" => read(sizes).map(ShapeSpec::Rectangle),
+        "lattice" => read(sizes).map(ShapeSpec::Lattice),
         "annulus" => return read_annulus(sizes).map(SheetSource::Generated),
         "point" => return read_point(&sizes),
         "polygon" => return read_polygon(sizes).map(SheetSource::Generated),
-        "sphere" => read(sizes).map(Shape::Sphere),
-        "cylinder" => read(sizes).map(Shape::Cylinder),
-        "cap" => read(sizes).map(Shape::Cap),
-        "torus" => read(sizes).map(Shape::Torus),
-        "ellipsoid" => read(sizes).map(Shape::Ellipsoid),
-        "wavy-strip" => read(sizes).map(Shape::WavyStrip),
-        "graph" => read(sizes).map(Shape::Graph),
+        "sphere" => read(sizes).map(ShapeSpec::Sphere),
+        "cylinder" => read(sizes).map(ShapeSpec::Cylinder),
+        "cap" => read(sizes).map(ShapeSpec::Cap),
+        "torus" => read(sizes).map(ShapeSpec::Torus),
+        "ellipsoid" => read(sizes).map(ShapeSpec::Ellipsoid),
+        "wavy-strip" => read(sizes).map(ShapeSpec::WavyStrip),
+        "graph" => read(sizes).map(ShapeSpec::Graph),
         _ => return Err(DocumentError::unknown_name("shape", &name, &SHAPES).placed(&place)),
     };
     shape
@@ -438,7 +438,7 @@ fn read_point(rest: &Node) -> Result<SheetSource, DocumentError> {
     }
 }
 
-fn read_polygon(sizes: Node) -> Result<Shape, DocumentError> {
+fn read_polygon(sizes: Node) -> Result<ShapeSpec, DocumentError> {
     let place = sizes.place.clone();
     let found: Polygon =
         read(sizes).map_err(|problem: DocumentError| problem.also_allowed(&COMMON_KEYS))?;
@@ -453,17 +453,17 @@ fn read_polygon(sizes: Node) -> Result<Shape, DocumentError> {
         (true, false) if found.width.is_some() => {
             DocumentError::plain("width scales an outline; points are in units of length")
         }
-        _ => return Ok(Shape::Polygon(found)),
+        _ => return Ok(ShapeSpec::Polygon(found)),
     };
     Err(problem.placed(&place))
 }
 
-fn read_annulus(sizes: Node) -> Result<Shape, DocumentError> {
+fn read_annulus(sizes: Node) -> Result<ShapeSpec, DocumentError> {
     let place = sizes.get("inner").map_or(&sizes.place, |inner| &inner.place).clone();
     let ring: Annulus =
         read(sizes).map_err(|problem: DocumentError| problem.also_allowed(&COMMON_KEYS))?;
     if ring.inner < ring.outer {
-        return Ok(Shape::Annulus(ring));
+        return Ok(ShapeSpec::Annulus(ring));
     }
     let below = format!("a number below outer = {:?}", ring.outer.get());
     let problem = DocumentError::mismatch(&below, format!("{:?}", ring.inner.get()));

@@ -39,8 +39,9 @@ pub(super) fn read(path: &Path) -> Result<String, SceneError> {
         // Up to there it is the same text.
         let text = String::from_utf8_lossy(error.as_bytes());
         let place = Place { source: 0, span: at..at + char::REPLACEMENT_CHARACTER.len_utf8() };
-        let problem = DocumentError::at(place, format!("the byte 0x{byte:02x} here is not UTF-8"))
-            .help("save the file in the encoding UTF-8");
+        let problem =
+            DocumentError::located(place, format!("the byte 0x{byte:02x} here is not UTF-8"))
+                .help("save the file in the encoding UTF-8");
         let origin = Origin {
             name: path.display().to_string(),
             text: Arc::from(text),

@@ -79,7 +79,7 @@ pub(crate) fn read_time(mut node: Node, point: bool) -> Result<TimeSpec, Documen
     if let Some((key, _)) = node.take("from") {
         let gone = "a run begins at time 0 with the start of its scene";
         let help = "`rumple run SCENE --from STATE` begins with another, `rumple resume DIR` continues a run";
-        return Err(DocumentError::at(key.place, gone).help(help).under("from"));
+        return Err(DocumentError::located(key.place, gone).help(help).under("from"));
     }
     let policy = match node.take("policy") {
         Some((_, node)) => read_policy(node).map_err(|problem| problem.under("policy"))?,

@@ -43,7 +43,10 @@ fn table(entries: DeTable<'_>, place: Place, depth: usize) -> Result<Node, Docum
 
 fn convert(value: DeValue<'_>, place: Place, depth: usize) -> Result<Node, DocumentError> {
     let Some(depth) = depth.checked_sub(1) else {
-        return Err(DocumentError::at(place, format!("nested more than {MAX_DEPTH} levels deep")));
+        return Err(DocumentError::located(
+            place,
+            format!("nested more than {MAX_DEPTH} levels deep"),
+        ));
     };
     let source = place.source;
     let value = match value {
@@ -51,14 +54,14 @@ fn convert(value: DeValue<'_>, place: Place, depth: usize) -> Result<Node, Docum
         DeValue::Integer(i) => match i64::from_str_radix(i.as_str(), i.radix()) {
             Ok(i) => Value::Integer(i),
             Err(_) => {
-                return Err(DocumentError::at(place, "this integer needs more than 64 bits")
+                return Err(DocumentError::located(place, "this integer needs more than 64 bits")
                     .help("write a large real number with a point or exponent, as in 1e20"));
             }
         },
         DeValue::Float(x) => match x.as_str().parse::<f64>() {
             Ok(v) if v.is_finite() || x.as_str().contains("inf") || v.is_nan() => Value::Float(v),
             _ => {
-                return Err(DocumentError::at(place, "this number is too large")
+                return Err(DocumentError::located(place, "this number is too large")
                     .help("the largest number is 1.797e308"));
             }
         },

@@ -16,8 +16,8 @@ pub mod write;
 
 pub use check::Finding;
 pub use enclosed::is_turned;
-pub use generate::{Height, Lattice, Shape, generate, generate_graph};
-pub use partition::Part;
+pub use generate::{Height, Lattice, SheetShape, generate, generate_graph};
+pub use partition::Subdomain;
 pub use quality::MeshReport;
 pub use surface::{Array, Surface};
 pub use topology::{Edge, Incidence, Sheet, SheetError};

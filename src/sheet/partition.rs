@@ -24,7 +24,7 @@ use super::{Sheet, SheetError, Surface};
 
 /// The part of a sheet that a rank keeps.
 #[derive(Debug, Clone)]
-pub struct Part {
+pub struct Subdomain {
     /// Owned vertices and ghosts, and the triangles that touch owned vertices or neighbours of them.
     pub sheet: Sheet,
     /// The number of each of its vertices in the whole sheet.
@@ -84,7 +84,7 @@ pub fn bisect(points: &[Vec3], ranks: usize) -> Vec<u32> {
     out
 }
 
-impl Part {
+impl Subdomain {
     /// The part of `whole`, which every rank has, of this rank.
     ///
     /// # Errors
@@ -207,7 +207,7 @@ impl Sheet {
     pub fn outermost(&self) -> Vec<[bool; 3]> {
         let owned = self.reduction().owned(self.vertex_count());
         let near = |i: usize| {
-            let around = self.vertex_edges().of(i);
+            let around = self.vertex_edges().entries(i);
             around.iter().any(|&(_, other)| (other as usize) < owned)
         };
         (0..self.vertex_count()).map(|i| [i >= owned && !near(i); 3]).collect()
@@ -223,7 +223,7 @@ struct Cut<'a> {
 
 impl Cut<'_> {
     fn neighbours(&self, v: u32) -> impl Iterator<Item = u32> {
-        self.whole.vertex_edges().of(v as usize).iter().map(|(_, other)| *other)
+        self.whole.vertex_edges().entries(v as usize).iter().map(|(_, other)| *other)
     }
 
     /// The vertices of the part in their order, and how many ghosts are of lower ranks.

@@ -51,7 +51,7 @@ pub struct Spread {
 
 impl Spread {
     /// The spread of some values; all NaN when there are none.
-    fn of(values: impl Iterator<Item = f64>) -> Self {
+    fn new(values: impl Iterator<Item = f64>) -> Self {
         let (mut min, mut max, mut sum, mut count) = (f64::INFINITY, f64::NEG_INFINITY, 0.0, 0);
         for v in values {
             min = min.min(v);
@@ -114,12 +114,12 @@ impl MeshReport {
             edges: ends().count(),
             boundary_vertices: boundary.iter().filter(|&&r| r).count(),
             irregular_vertices: (0..boundary.len())
-                .filter(|&v| !boundary[v] && sheet.vertex_edges().of(v).len() != 6)
+                .filter(|&v| !boundary[v] && sheet.vertex_edges().entries(v).len() != 6)
                 .count(),
             euler_characteristic: sheet.euler_characteristic(),
             area: corners().map(|[a, b, c]| 0.5 * (b - a).cross(&(c - a)).norm()).sum(),
-            quality: Spread::of(corners().map(triangle_quality)),
-            edge_length: Spread::of(ends().map(|[a, b]| (x[a as usize] - x[b as usize]).norm())),
+            quality: Spread::new(corners().map(triangle_quality)),
+            edge_length: Spread::new(ends().map(|[a, b]| (x[a as usize] - x[b as usize]).norm())),
             min_angle: angles().flatten().fold(f64::NAN, f64::min).to_degrees(),
             obtuse_triangles: angles()
                 .filter(|a| a.iter().any(|&angle| angle > std::f64::consts::FRAC_PI_2))
@@ -128,7 +128,7 @@ impl MeshReport {
                 .iter()
                 .filter(|t| t.iter().all(|&v| sheet.boundary()[v as usize]))
                 .count(),
-            mean_index_distance: Spread::of(ends().map(|[a, b]| f64::from(b - a))).mean,
+            mean_index_distance: Spread::new(ends().map(|[a, b]| f64::from(b - a))).mean,
         }
     }
 }

@@ -70,7 +70,7 @@ pub(crate) struct Attributes {
 
 impl Attributes {
     /// Takes the arrays out of `surface`, whose triangles are `triangles`; `None` without any.
-    pub(crate) fn of(surface: &mut Surface, triangles: &[[u32; 3]]) -> Option<Self> {
+    pub(crate) fn take_from(surface: &mut Surface, triangles: &[[u32; 3]]) -> Option<Self> {
         let arrays = [&mut surface.point_arrays, &mut surface.cell_arrays].map(|arrays| {
             arrays.retain(|array| array.components == 1);
             std::mem::take(arrays)

@@ -107,7 +107,7 @@ impl Incidence {
     /// The entries of `vertex`.
     #[must_use]
     #[inline]
-    pub fn of(&self, vertex: usize) -> &[(u32, u32)] {
+    pub fn entries(&self, vertex: usize) -> &[(u32, u32)] {
         &self.entry[self.start[vertex] as usize..self.start[vertex + 1] as usize]
     }
 }

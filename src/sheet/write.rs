@@ -25,7 +25,7 @@ pub enum MeshFormat {
 impl MeshFormat {
     /// The format that the ending of a file's name asks for.
     #[must_use]
-    pub fn of(path: &Path) -> Option<Self> {
+    pub fn from_path(path: &Path) -> Option<Self> {
         let ending = path.extension()?.to_str()?.to_lowercase();
         Some(match ending.as_str() {
             "obj" => Self::Obj,

@@ -42,7 +42,7 @@ pub fn page(root: &Path, options: Options) -> Result<Page> {
         return Err(Error::Refused(message));
     }
     let found = runs::find(root)?;
-    page::of(root, &found, options, None)
+    page::render(root, &found, options, None)
 }
 
 /// Writes the page of `root` beside its results, as [`ResultDirectory::REPORT`], over an earlier one; its path.

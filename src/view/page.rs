@@ -58,7 +58,7 @@ struct RunData {
 
 /// Makes the page of the runs `found` in `root`. What cannot be read of a member of a study is a warning, unless no
 /// member has a sheet.
-pub(super) fn of(
+pub(super) fn render(
     root: &Path,
     found: &FoundRuns,
     options: Options,

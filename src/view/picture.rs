@@ -41,7 +41,7 @@ const QUANTISATION: i32 = 10;
 /// How sheets are drawn.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Drawing {
+pub struct DrawingOptions {
     /// The field that colours the sheet, with or without its unit; the first one if none is given.
     pub field: Option<String>,
     /// The range of the colours.
@@ -62,7 +62,7 @@ pub struct Drawing {
     pub light: bool,
 }
 
-impl Default for Drawing {
+impl Default for DrawingOptions {
     fn default() -> Self {
         Self {
             field: None,
@@ -78,7 +78,7 @@ impl Default for Drawing {
     }
 }
 
-impl Drawing {
+impl DrawingOptions {
     /// That of a JSON object; what it does not have is the default.
     ///
     /// # Errors
@@ -157,7 +157,7 @@ pub enum View {
 #[derive(Debug, Serialize)]
 pub(super) struct Wanted<'a> {
     #[serde(flatten)]
-    drawing: &'a Drawing,
+    drawing: &'a DrawingOptions,
     movie: bool,
     time: Option<f64>,
 }
@@ -170,7 +170,7 @@ pub(super) struct Wanted<'a> {
 /// unless `force`.
 pub fn picture(
     (root, path, force): (&Path, &Path, bool),
-    drawing: &Drawing,
+    drawing: &DrawingOptions,
     time: Option<f64>,
 ) -> Result<f64> {
     drawing.check()?;
@@ -189,7 +189,7 @@ pub fn picture(
 /// As [`picture`]; and [`Error::Refused`] where MP4 or WebM is asked for without ffmpeg.
 pub fn movie(
     (root, path, force): (&Path, &Path, bool),
-    drawing: &Drawing,
+    drawing: &DrawingOptions,
     (frames, rate): (usize, f64),
 ) -> Result<usize> {
     drawing.check()?;
@@ -235,7 +235,7 @@ fn drawn(
 ) -> Result<Vec<(f64, Vec<u8>)>> {
     let browser = browser()?;
     let options = Options { frames, bytes: MOST_BYTES };
-    let page = page::of(
+    let page = page::render(
         root,
         &runs::find(root)?,
         options,

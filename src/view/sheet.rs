@@ -257,7 +257,7 @@ fn pack(
         .iter()
         .map(|frame| frame.surface.points.iter().map(|x| [x.x, x.y, x.z]).collect())
         .collect();
-    let bounds = Bounds::of(points.iter().chain(&rest).flatten());
+    let bounds = Bounds::enclosing(points.iter().chain(&rest).flatten());
     let triangles = first.surface.triangles.iter().flatten().flat_map(|v| v.to_le_bytes());
     let triangles = blocks.add(triangles.collect());
     let rest = rest.map(|rest| blocks.add(bounds.positions(&rest)));
@@ -288,7 +288,7 @@ fn pack(
 
 impl Bounds {
     /// Of the finite coordinates of `points`.
-    fn of<'a>(points: impl Iterator<Item = &'a [f64; 3]> + Clone) -> Self {
+    fn enclosing<'a>(points: impl Iterator<Item = &'a [f64; 3]> + Clone) -> Self {
         let range = [0, 1, 2].map(|c| extent(points.clone().map(|x| x[c])));
         Self { least: range.map(|r| r[0]), largest: range.map(|r| r[1]) }
     }

@@ -41,7 +41,7 @@ pub fn serve(root: &Path, options: Options, port: u16, ready: impl FnOnce(&str))
 /// The page; while a file is being written perhaps none, which is asked for again.
 fn page_of(root: &Path, options: Options, state: &str) -> String {
     let page = runs::find(root)
-        .and_then(|found| page::of(root, &found, options, Some(json!({ "watch": state }))));
+        .and_then(|found| page::render(root, &found, options, Some(json!({ "watch": state }))));
     page.map_or_else(
         |error| {
             let text = error.to_string().replace('&', "&amp;").replace('<', "&lt;");

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rumple::effects::Material;
 use rumple::model::Potential;
-use rumple::sheet::{Shape, Sheet, generate};
+use rumple::sheet::{Sheet, SheetShape, generate};
 use rumple::solve::Control;
 use rumple::solve::continuation::{Continuation, Event, Family, Settings};
 
@@ -61,7 +61,7 @@ impl Family for Filled {
 #[test]
 fn a_free_sphere_around_a_content_shrinks_by_lames_formula() {
     let radius = 10.0;
-    let sphere = generate(&Shape::Sphere { radius, irregular: false }, 300, 1).unwrap();
+    let sphere = generate(&SheetShape::Sphere { radius, irregular: false }, 300, 1).unwrap();
     let sheet = Arc::new(sphere);
     let mut family = Filled(Arc::clone(&sheet));
     let settings = Settings::over(0.0..=10.0, family.potential(0.0).unwrap().mechanics());
@@ -108,7 +108,7 @@ impl Family for Founded {
 /// in place of 0.0112 after 200 points.
 #[test]
 fn a_branch_on_a_foundation_neither_crawls_nor_lags_behind_its_load() {
-    let sheet = Arc::new(generate(&Shape::Disc { radius: 10.0 }, 400, 1).unwrap());
+    let sheet = Arc::new(generate(&SheetShape::Disc { radius: 10.0 }, 400, 1).unwrap());
     let mut family = Founded(Arc::clone(&sheet));
     let settings = Settings::over(0.0..=0.1, family.potential(0.0).unwrap().mechanics());
     let start = (sheet.rest().to_vec(), 0.0);

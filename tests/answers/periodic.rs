@@ -16,7 +16,8 @@ use crate::common::{Noise, prepare, shipped};
 const FILM: &str = "models/plates/film.toml";
 
 fn sheets() -> Vec<Arc<Sheet>> {
-    let shape = |both| rumple::sheet::Shape::PeriodicRectangle { width: 12.0, height: 7.0, both };
+    let shape =
+        |both| rumple::sheet::SheetShape::PeriodicRectangle { width: 12.0, height: 7.0, both };
     [false, true].map(|both| Arc::new(generate(&shape(both), 300, 3).unwrap())).into()
 }
 
@@ -39,7 +40,8 @@ fn every_element_counts_once_and_every_vertex_has_its_neighbours() {
         let area: f64 = area.map(|[a, b, c]| 0.5 * (b - a).cross(&(c - a)).z).sum();
         assert!((area - 84.0).abs() < 1e-9, "{area}");
         for i in 0..owned(&sheet) {
-            let (edges, around) = (sheet.vertex_edges().of(i), sheet.vertex_triangles().of(i));
+            let (edges, around) =
+                (sheet.vertex_edges().entries(i), sheet.vertex_triangles().entries(i));
             let fan = edges.len() - usize::from(sheet.boundary()[i]);
             assert_eq!(fan, around.len(), "vertex {i}");
         }
@@ -267,7 +269,7 @@ fn a_checkpoint_continues_with_the_same_bits() {
     let (scene, mut one) = prepare(&shipped(FILM), &["sheet.vertices=400"]);
     one.relax().unwrap();
     (0..4).for_each(|_| drop(one.step(1.0).unwrap()));
-    let checkpoint = rumple::run::Checkpoint::of(&scene, &mut one).unwrap();
+    let checkpoint = rumple::run::Checkpoint::capture(&scene, &mut one).unwrap();
     let (_, mut other) = prepare(&shipped(FILM), &["sheet.vertices=400"]);
     checkpoint.take_up(&scene, &mut other).unwrap();
     for _ in 0..3 {

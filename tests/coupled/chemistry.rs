@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
 use rumple::kinetics::PluginSearch;
-use rumple::model::{Memory, State};
+use rumple::model::{EvaluationBuffers, State};
 use rumple::scene::Scene;
 use rumple::solve::{Control, SolveError};
 use rumple::{Error, Simulation};
@@ -103,7 +103,7 @@ until = 1.0
     simulation.prepare().unwrap();
     // The same by small explicit steps in time.
     let step = 2e-3;
-    let mut memory = Memory::default();
+    let mut memory = EvaluationBuffers::default();
     for _ in 0..20_000 {
         let rates = simulation.model().at(&slow, &mut memory).rates().unwrap().to_vec();
         for (c, r) in slow.species[0].iter_mut().zip(&rates[0]) {

@@ -7,16 +7,16 @@ use std::sync::Arc;
 
 use rumple::Vec3;
 use rumple::effects::{
-    BondStretching, Cotan, DirectedGrowth, Effect, EffectContext, EffectSpec, EnergyTerm, Fibre,
-    Field, GreenGauss, Held, HingeBending, Measure, MeyerBending, ParameterField, RestShape,
-    StretchingModulus, StretchingWeight, StvkStretching, TransportTerm,
+    BondStretching, Cotan, DirichletValues, Effect, EffectContext, EffectSpec, EnergyTerm, Fibre,
+    Field, GreenGauss, HingeBending, LawGrowthDirectionSpec, Measure, MeyerBending, ParameterField,
+    RestShape, StretchingModulus, StretchingWeight, StvkStretching, TransportTerm,
 };
 use rumple::geometry::{AreaRule, VertexArea, face_areas};
 use rumple::kinetics::formula::SpeciesFormula;
 use rumple::kinetics::{Kinetics, Location, Signal};
 use rumple::model::{
-    AtBoundary, Chemistry, Coupled, Drag, Mechanics, Model, ParameterFields, Part, Signals, State,
-    Storage, TensionReading,
+    AtBoundary, Chemistry, Coupled, Drag, Mechanics, Model, ParameterFields, Signals, State,
+    Storage, Subsystem, TensionReading,
 };
 use rumple::sheet::Sheet;
 
@@ -107,7 +107,7 @@ fn holding(
     sheet: &Arc<Sheet>,
     location: Location,
     stretching: EnergyTerm,
-    (transport, held): (Vec<TransportTerm>, &[Held]),
+    (transport, held): (Vec<TransportTerm>, &[DirichletValues]),
     measure: Measure,
 ) -> Arc<Model> {
     let weight = rumple::effects::BendingWeight::Area;
@@ -165,7 +165,7 @@ fn deviation(model: &Arc<Model>, state: &State) -> f64 {
 
 /// The same of either row: they have different units, and neither may hide the other.
 fn deviations(model: &Arc<Model>, state: &State) -> [f64; 2] {
-    let mut coupled = Coupled::new(model, Part::Whole);
+    let mut coupled = Coupled::new(model, Subsystem::Whole);
     coupled.start(state);
     let n = coupled.layout().unknowns();
     let y = coupled.pack(state);

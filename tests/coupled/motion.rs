@@ -1,7 +1,7 @@
 //! The shape under drag, by minimisations: derivatives, known motions, energy, long steps.
 
 use rumple::effects::HessianPart;
-use rumple::model::{Anchor, Drag, Memory, Model, State};
+use rumple::model::{Anchor, Drag, EvaluationBuffers, Model, State};
 use rumple::{Simulation, Vec3};
 
 use super::{DOME, distance, final_state};
@@ -23,7 +23,7 @@ fn states(text: &str, overrides: &[&str]) -> (Simulation, Vec<State>) {
 }
 
 fn energy(model: &Model, state: &State) -> f64 {
-    model.at(state, &mut Memory::default()).energies().unwrap().iter().sum()
+    model.at(state, &mut EvaluationBuffers::default()).energies().unwrap().iter().sum()
 }
 
 /// What an anchor adds, by differences of itself and of its gradient.

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use rumple::effects::{
-    ActiveTension, Axes, Bending, Diffusion, Field, Material, Obstacle, ObstacleShape, Pin,
+    ActiveTension, Axes, Bending, Diffusion, Field, Material, ObstacleShape, ObstacleSpec, Pin,
     Pressure, Region, Stretching,
 };
 use rumple::kinetics::Feedback;
@@ -15,7 +15,7 @@ use rumple::kinetics::formula::{FormulaKinetics, Law};
 use rumple::model::{Policy, State};
 use rumple::num::checked::{Finite, Positive};
 use rumple::reduction::Communicator;
-use rumple::sheet::{Lattice, Part, Shape, Sheet, generate, is_turned};
+use rumple::sheet::{Lattice, Sheet, SheetShape, Subdomain, generate, is_turned};
 use rumple::solve::equilibrium::{LbfgsSpec, Preconditioner};
 use rumple::solve::staggered::StaggeredSpec;
 use rumple::{Problem, Vec3, problem};
@@ -102,7 +102,7 @@ impl Communicator for ThreadRank {
 
 /// Held at its edge.
 fn disc() -> Sheet {
-    generate(&Shape::Disc { radius: 5.0 }, 250, 3).unwrap()
+    generate(&SheetShape::Disc { radius: 5.0 }, 250, 3).unwrap()
 }
 
 /// Steps under drag end where a share of this allows: the shape depends on the linear solver by as much.
@@ -125,7 +125,7 @@ fn problem(sheet: Sheet, method: &str, policy: Policy) -> Problem<'static> {
         .effect(Stretching::default())
         .effect(Bending::default())
         .effect(Pressure { value: Finite::ONE, ramp: None })
-        .effect(Obstacle {
+        .effect(ObstacleSpec {
             shape: below,
             distance: None,
             stiffness: None,
@@ -139,7 +139,7 @@ fn problem(sheet: Sheet, method: &str, policy: Policy) -> Problem<'static> {
             displacement: None,
             ramp: None,
         })
-        .effect(Diffusion::of("c", Some(Field::Formula("0.4 + 0.1*c".into()))))
+        .effect(Diffusion::new("c", Some(Field::Formula("0.4 + 0.1*c".into()))))
         .law(law)
         .policy(policy)
         .integrator(StaggeredSpec { rtol: TIGHT, atol: TIGHT, ..StaggeredSpec::default() });
@@ -171,7 +171,7 @@ fn on_ranks(
     let handles: Vec<_> = ThreadRank::all(size)
         .into_iter()
         .map(|rank| {
-            let part = Part::cut(whole, rank).unwrap();
+            let part = Subdomain::cut(whole, rank).unwrap();
             std::thread::spawn(move || {
                 let (state, iterations) = run(part.sheet.clone(), method, policy);
                 (part, state, iterations)
@@ -234,7 +234,7 @@ fn a_law_that_fails_on_one_rank_ends_all() {
     let handles: Vec<_> = ThreadRank::all(2)
         .into_iter()
         .map(|rank| {
-            let part = Part::cut(&whole, rank).unwrap();
+            let part = Subdomain::cut(&whole, rank).unwrap();
             std::thread::spawn(move || {
                 // No number where x and y are above 3, which is on the second rank only.
                 let law = Law::named("root").species("c", "sqrt(3 - min(x, y))");
@@ -258,12 +258,12 @@ fn a_law_that_fails_on_one_rank_ends_all() {
 fn parts_make_up_the_sheet() {
     let whole = disc();
     for size in [1, 2, 3, 5, 8] {
-        let cut = |rank| Part::cut(&whole, rank).unwrap();
+        let cut = |rank| Subdomain::cut(&whole, rank).unwrap();
         make_up(&whole, &ThreadRank::all(size).into_iter().map(cut).collect::<Vec<_>>());
     }
-    let few = generate(&Shape::Disc { radius: 1.0 }, 50, 1).unwrap();
+    let few = generate(&SheetShape::Disc { radius: 1.0 }, 50, 1).unwrap();
     let rank = ThreadRank::all(100).remove(0);
-    let error = Part::cut(&few, rank).unwrap_err().to_string();
+    let error = Subdomain::cut(&few, rank).unwrap_err().to_string();
     assert!(error.contains("100 ranks"), "{error}");
 }
 
@@ -275,8 +275,9 @@ fn parts_of_a_lattice_are_made_without_the_rest() {
         assert_eq!(whole.vertex_count(), lattice.vertex_count());
         assert_eq!(whole.triangle_count(), lattice.triangle_count());
         for ranks in [1, 2, 3, 5, 8, 16] {
-            let made = |rank| Part::of_lattice(&lattice, rank).unwrap();
-            let made: Vec<(Sheet, Part)> = ThreadRank::all(ranks).into_iter().map(made).collect();
+            let made = |rank| Subdomain::of_lattice(&lattice, rank).unwrap();
+            let made: Vec<(Sheet, Subdomain)> =
+                ThreadRank::all(ranks).into_iter().map(made).collect();
             for (around, part) in &made {
                 let owned = part.sheet.reduction().owned(part.vertices.len());
                 let rings = 6.0 * (part.vertices.len() - owned) as f64;
@@ -300,11 +301,11 @@ fn parts_of_a_lattice_are_made_without_the_rest() {
 /// refused.
 #[test]
 fn a_part_without_a_boundary_is_no_closed_sheet() {
-    let sphere = generate(&Shape::Sphere { radius: 3.0, irregular: false }, 300, 1).unwrap();
+    let sphere = generate(&SheetShape::Sphere { radius: 3.0, irregular: false }, 300, 1).unwrap();
     let lattice = Lattice::new([10.0, 10.0], 1000).unwrap().sheet().unwrap();
     for (whole, size, closed) in [(lattice, 16, false), (sphere, 3, true)] {
         let turned = |rank| {
-            let sheet = Part::cut(&whole, rank).unwrap().sheet;
+            let sheet = Subdomain::cut(&whole, rank).unwrap().sheet;
             let dome: Vec<Vec3> =
                 sheet.rest().iter().map(|x| x + 0.01 * x.xy().norm_squared() * Vec3::z()).collect();
             let other: Vec<Vec3> = dome.iter().map(|x| Vec3::new(x.x, x.y, -x.z)).collect();
@@ -321,7 +322,7 @@ fn a_part_without_a_boundary_is_no_closed_sheet() {
 }
 
 /// Every vertex, edge and triangle of `whole` belongs to one of `parts`, with its neighbours.
-fn make_up(whole: &Sheet, parts: &[Part]) {
+fn make_up(whole: &Sheet, parts: &[Subdomain]) {
     let size = parts.len();
     {
         let mut owners = vec![0; whole.vertex_count()];
@@ -342,7 +343,7 @@ fn make_up(whole: &Sheet, parts: &[Part]) {
             }
             for i in 0..owned {
                 let there = part.vertices[i] as usize;
-                let around = |sheet: &Sheet, v: usize| sheet.vertex_edges().of(v).len();
+                let around = |sheet: &Sheet, v: usize| sheet.vertex_edges().entries(v).len();
                 assert_eq!(around(sheet, i), around(whole, there), "neighbours of {there}");
             }
             let boundary = |i: usize| whole.boundary()[part.vertices[i] as usize];

@@ -35,7 +35,7 @@ fn the_flux_is_that_of_the_carried_fibre() {
         fibre: Some(Fibre::Components(components)),
         along: number(along),
         across: number(across),
-        ..Diffusion::of("c", None)
+        ..Diffusion::new("c", None)
     };
     let term = spec.build(&context(&sheet, &law)).unwrap().transports.remove(0);
     let moved = |x: &Vec3| Vec3::new(1.4 * x.x + 0.3 * x.y, 0.7 * x.y, 0.5 * x.x - 0.2 * x.y);
@@ -49,7 +49,7 @@ fn the_flux_is_that_of_the_carried_fibre() {
         t.iter().for_each(|v| areas[*v as usize] += (q - p).cross(&(r - p)).norm() / 6.0);
     }
     let total: f64 = areas.iter().sum();
-    let operator = term.at(&sheet, &x);
+    let operator = term.operator_on(&sheet, &x);
     for gradient in [a, b, a + 2.0 * b, Vec3::new(0.3, -0.5, 1.0)] {
         let c: Vec<f64> = x.iter().map(|x| gradient.dot(x)).collect();
         let mut rate = vec![0.0; c.len()];
@@ -98,7 +98,7 @@ fn keys_that_do_not_go_together_are_refused() {
         fibre: Some(Fibre::Components([1.0, 0.0, 0.0].map(|a| Field::Formula(format!("{a:?}"))))),
         along: number(1.0),
         across: number(2.0),
-        ..Diffusion::of("c", None)
+        ..Diffusion::new("c", None)
     };
     for (spec, key, words) in [
         (Diffusion { coefficient: number(1.0), ..whole.clone() }, "coefficient", "one coefficient"),

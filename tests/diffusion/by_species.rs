@@ -124,7 +124,7 @@ fn coefficients_that_no_diffusion_has_are_refused() {
         ("1 + c", vertex, Measure::Amount, "for concentrations"),
         ("1 + d", vertex, concentration, "d"),
     ] {
-        let spec = Diffusion::of("c", Some(Field::Formula(formula.into())));
+        let spec = Diffusion::new("c", Some(Field::Formula(formula.into())));
         let error = spec.build(&context(location, measure)).err().unwrap();
         assert_eq!(error.key, "coefficient", "{error}");
         assert!(error.message.contains(words), "{error}");
@@ -141,7 +141,7 @@ fn coefficients_that_no_diffusion_has_are_refused() {
         ),
         ("t", "the time is not read here. There are x, y, z"),
     ] {
-        let spec = Diffusion::of("c", Some(Field::Formula(formula.into())));
+        let spec = Diffusion::new("c", Some(Field::Formula(formula.into())));
         let error = spec.build(&context(vertex, concentration)).err().unwrap();
         assert!(error.help.as_deref().is_some_and(|said| said.starts_with(help)), "{error:?}");
     }

@@ -1,7 +1,7 @@
 //! The cotangent scheme: decay rates, order, conservation, maximum principle.
 
 use rumple::Vec3;
-use rumple::effects::{Cotan, Measure, Values};
+use rumple::effects::{Cotan, FieldValues, Measure};
 use rumple::sheet::Sheet;
 
 use super::{
@@ -243,8 +243,10 @@ fn a_flux_across_a_step_of_the_coefficient_is_steady() {
     let step = levels[3];
     let of = |y: f64| if y < step { 0.5 } else { 4.0 };
     let each: Vec<f64> = sheet.triangles().iter().map(|t| of(middle(t))).collect();
-    let scheme =
-        On::rest(&sheet, Cotan::new(&sheet, 0, Values::Each(each), Measure::Concentration, false));
+    let scheme = On::rest(
+        &sheet,
+        Cotan::new(&sheet, 0, FieldValues::Each(each), Measure::Concentration, false),
+    );
     let layers: Vec<f64> = rest.iter().map(|x| (x.y - step) / of(x.y)).collect();
     let inside = |rates: &[f64]| {
         let interior = rates.iter().zip(sheet.boundary()).filter(|(_, boundary)| !**boundary);

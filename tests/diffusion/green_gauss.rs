@@ -5,7 +5,7 @@ use rumple::Vec3;
 use rumple::effects::GreenGauss;
 use rumple::geometry::FaceVertexAverage;
 use rumple::sheet::Sheet;
-use rumple::sheet::generate::{Shape, generate};
+use rumple::sheet::generate::{SheetShape, generate};
 
 use super::{DISC_ZEROS, On, bumpy, decay_rate, disc, disc_mode, imbalance, rate};
 use crate::common::{Noise, irregular, lattice};
@@ -87,9 +87,9 @@ fn modes(sheet: &Sheet, x: &[Vec3]) -> (Vec<(f64, f64)>, f64) {
 /// all eigenvalues lie within the bound.
 #[test]
 fn undamped_modes_and_no_growing_ones() {
-    let rectangle = generate(&Shape::Rectangle { width: 1.0, height: 1.0 }, 120, 1).unwrap();
-    let annulus = generate(&Shape::Annulus { inner: 0.3, outer: 1.0 }, 180, 1).unwrap();
-    let sphere = generate(&Shape::Sphere { radius: 1.0, irregular: true }, 100, 1).unwrap();
+    let rectangle = generate(&SheetShape::Rectangle { width: 1.0, height: 1.0 }, 120, 1).unwrap();
+    let annulus = generate(&SheetShape::Annulus { inner: 0.3, outer: 1.0 }, 180, 1).unwrap();
+    let sphere = generate(&SheetShape::Sphere { radius: 1.0, irregular: true }, 100, 1).unwrap();
     for sheet in [disc(120), rectangle, annulus, sphere, lattice(9, 9)] {
         let (modes, bound) = modes(&sheet, sheet.rest());
         let largest = modes.iter().map(|m| m.1).fold(0.0, f64::max);

@@ -9,7 +9,7 @@ mod ill_posed;
 use rumple::Vec3;
 use rumple::effects::{Cotan, Transport};
 use rumple::sheet::Sheet;
-use rumple::sheet::generate::{Shape, generate};
+use rumple::sheet::generate::{SheetShape, generate};
 use rumple::solve::Result;
 use rumple::solve::chemistry::chebyshev::{Chebyshev, Tolerance};
 
@@ -20,7 +20,7 @@ pub const DISC_ZEROS: [(i32, f64); 3] =
 
 /// An irregular disc of radius 1.
 pub fn disc(vertices: usize) -> Sheet {
-    generate(&Shape::Disc { radius: 1.0 }, vertices, 3).unwrap()
+    generate(&SheetShape::Disc { radius: 1.0 }, vertices, 3).unwrap()
 }
 
 /// A flat sheet of about unit size pushed out of its plane and stretched unevenly.

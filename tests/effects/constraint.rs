@@ -190,7 +190,7 @@ fn several_constraints_are_met_together() {
         ..MechanicsParts::default()
     };
     let mechanics =
-        Mechanics::of(Arc::clone(&sheet), parts(pins, all.into_iter().collect())).unwrap();
+        Mechanics::from_parts(Arc::clone(&sheet), parts(pins, all.into_iter().collect())).unwrap();
     assert_eq!(mechanics.constraint_names().collect::<Vec<_>>(), ["mean", "mean 2"]);
     let mut potential = Potential::new(&mechanics);
     let mut lbfgs = Lbfgs::new(&mechanics, LbfgsSpec::default()).unwrap();
@@ -204,7 +204,7 @@ fn several_constraints_are_met_together() {
         let all = [0, 2].map(|axis| (axis, values[axis / 2]));
         let all = all.map(|(axis, value)| EnergyTerm::new(Mean { axis, value }));
         let (pins, all) = (mechanics.pins().clone(), all.into_iter().collect());
-        let made = Mechanics::of(Arc::clone(&sheet), parts(pins, all)).unwrap();
+        let made = Mechanics::from_parts(Arc::clone(&sheet), parts(pins, all)).unwrap();
         let (mut potential, mut x) = (Potential::new(&made), x.clone());
         let goal = Goal { tolerance: 1e-10, ..goal };
         relax(&mut lbfgs, &mut potential, &mut x, &goal).unwrap();

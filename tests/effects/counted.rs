@@ -12,12 +12,12 @@ use rumple::effects::{Effect, EffectContext, HessianPart, Material, Measure};
 use rumple::geometry::VertexArea;
 use rumple::kinetics::{Location, PluginSearch};
 use rumple::model::{
-    Chemistry, Drag, Mechanics, MechanicsParts, Memory, Model, ParameterFields, Policy, Signals,
-    State, TensionReading,
+    Chemistry, Drag, EvaluationBuffers, Mechanics, MechanicsParts, Model, ParameterFields, Policy,
+    Signals, State, TensionReading,
 };
 use rumple::run::laws;
 use rumple::scene::Scene;
-use rumple::sheet::{Shape, Sheet, generate};
+use rumple::sheet::{Sheet, SheetShape, generate};
 use rumple_numerics::linear::BlockMatrix;
 
 use crate::common::{Noise, allocations, kept, prepare};
@@ -150,7 +150,7 @@ fn model(sheet: &Arc<Sheet>, parts: &[&str]) -> Arc<Model> {
     }
     let (terms, constraints) = (all.energies, all.constraints);
     let parts = MechanicsParts { terms, pins, constraints, ..MechanicsParts::default() };
-    let mechanics = Mechanics::of(Arc::clone(sheet), parts).unwrap();
+    let mechanics = Mechanics::from_parts(Arc::clone(sheet), parts).unwrap();
     let chemistry = kinetics.map(|kinetics| {
         let wanted = kinetics.descriptor().signals.iter().map(|read| read.signal).collect();
         let area = VertexArea::new(sheet, rumple::geometry::AreaRule::default());
@@ -190,7 +190,7 @@ fn evaluated(sheet: &Arc<Sheet>, parts: &[&str]) -> (Counts, Vec<(usize, isize)>
     let points = model.chemistry().map(|c| c.points(sheet));
     let species = points.map(|n| vec![vec![0.5; n]]).unwrap_or_default();
     let mut state = State { x: sheet.rest().to_vec().into(), species, ..State::default() };
-    let mut memory = Memory::default();
+    let mut memory = EvaluationBuffers::default();
     let mut rounds = Vec::new();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     pool.install(|| {
@@ -216,7 +216,7 @@ fn evaluated(sheet: &Arc<Sheet>, parts: &[&str]) -> (Counts, Vec<(usize, isize)>
 }
 
 fn sheet() -> Arc<Sheet> {
-    Arc::new(generate(&Shape::Sphere { radius: 3.0, irregular: true }, 200, 1).unwrap())
+    Arc::new(generate(&SheetShape::Sphere { radius: 3.0, irregular: true }, 200, 1).unwrap())
 }
 
 #[test]

@@ -55,7 +55,7 @@ fn a_formula_without_the_time_is_evaluated_once() {
         0.5 * (a + b)
     };
     let (fixed, ramped) = (factor(&sheet, "1 + 0.1*x"), factor(&sheet, "1 + 0.2*t*step(x + 1)"));
-    assert!(matches!(ramped.at(&sheet, 2.0), Cow::Owned(_)));
+    assert!(matches!(ramped.at_edges(&sheet, 2.0), Cow::Owned(_)));
     let pins = vec![[false; 3]; sheet.vertex_count()];
     let mechanics = Mechanics::new(sheet.clone(), Vec::new(), pins).unwrap();
     let storage = Storage { mechanics: 0.0, chemistry: 1.0 };
@@ -114,7 +114,7 @@ fn growth_and_fibres_may_be_arrays() {
         };
         growth
             .build(&context)
-            .map(|mut effect| effect.growth.remove(0).at(&sheet, 0.0).into_owned())
+            .map(|mut effect| effect.growth.remove(0).at_edges(&sheet, 0.0).into_owned())
     };
     let of = |name: &str| Field::Array { file: "mesh.vtu".into(), array: name.into() };
     let along = |name: &str| Growth {
@@ -144,7 +144,7 @@ fn growth_along_a_fibre_has_the_lengths_of_its_metric() {
     let (sin, cos) = 0.4f64.sin_cos();
     let growth =
         built(&sheet, &directed(Some("1.3"), Some("0.8"), ["cos(0.4)", "sin(0.4)", "0.7"]));
-    let factor = growth.unwrap().at(&sheet, 0.0).into_owned();
+    let factor = growth.unwrap().at_edges(&sheet, 0.0).into_owned();
     let stretched = |x: &Vec3| {
         let (a, b) = (cos * x.x + sin * x.y, cos * x.y - sin * x.x);
         Vec3::new(1.3 * cos * a - 0.8 * sin * b, 1.3 * sin * a + 0.8 * cos * b, 0.0)
@@ -169,7 +169,7 @@ fn growth_with_shear_has_the_lengths_of_its_metric() {
         ..directed(None, None, ["-2*cos(0.4)", "-2*sin(0.4)", "0"])
     };
     assert!(a.dot(&b).abs() > 0.05);
-    let factor = built(&sheet, &growth).unwrap().at(&sheet, 0.0).into_owned();
+    let factor = built(&sheet, &growth).unwrap().at_edges(&sheet, 0.0).into_owned();
     let x: Vec<Vec3> = sheet.rest().iter().map(f).collect();
     without_stress(&sheet, &factor, &x);
     let error = built(&sheet, &Growth { shear: Some(number(1.2)), ..growth }).unwrap_err();
@@ -185,7 +185,7 @@ fn a_metric_without_lengths_gives_no_positive_factor() {
             shear: Some(Field::Formula(shear.into())),
             ..directed(Some(along), Some(across), ["1", "0", "0"])
         };
-        built(&sheet, &spec).unwrap().at(&sheet, time).into_owned()
+        built(&sheet, &spec).unwrap().at_edges(&sheet, time).into_owned()
     };
     assert!(at("1 - 2*t", "1", "0", 1.0).iter().all(|f| *f == -1.0));
     assert!(at("1", "2 - 2*t", "0", 1.0).iter().all(|f| *f == 0.0));

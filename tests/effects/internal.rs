@@ -3,7 +3,7 @@
 use rumple::effects::prelude::*;
 use rumple::kit::examine;
 use rumple::problem::Problem;
-use rumple::sheet::{Shape as Form, generate};
+use rumple::sheet::{SheetShape, generate};
 use serde::Serialize;
 use std::sync::Arc;
 
@@ -107,7 +107,7 @@ fn damage_of_a_strangers_effect_softens_springs() {
     use rumple::effects::{Load, LoadForce, Stretching};
     let number = |x: f64| Finite::new(x).unwrap();
     let force = LoadForce::PerVertex([0.0, 0.0, 0.1].map(|f| number(f).into()));
-    let sheet = generate(&Form::Disc { radius: 3.0 }, 60, 1).unwrap();
+    let sheet = generate(&SheetShape::Disc { radius: 3.0 }, 60, 1).unwrap();
     let mut stepper = Problem::on(sheet)
         .material(Material { young: 10.0, poisson: 0.3, thickness: 0.1 })
         .effect(Stretching::default())
@@ -128,7 +128,7 @@ fn damage_of_a_strangers_effect_softens_springs() {
 
 #[test]
 fn the_kit_inspects_internal_variables() {
-    let sheet = Arc::new(generate(&Form::Disc { radius: 3.0 }, 60, 1).unwrap());
+    let sheet = Arc::new(generate(&SheetShape::Disc { radius: 3.0 }, 60, 1).unwrap());
     let faults = |effect: &dyn EffectSpec| {
         let material = Material { young: 10.0, poisson: 0.3, thickness: 0.1 };
         examine(effect, &sheet, Some(&material)).unwrap().faults
@@ -142,7 +142,7 @@ fn the_kit_inspects_internal_variables() {
 
 #[test]
 fn remodelling_passes_the_kit() {
-    let sheet = Arc::new(generate(&Form::Disc { radius: 3.0 }, 60, 1).unwrap());
+    let sheet = Arc::new(generate(&SheetShape::Disc { radius: 3.0 }, 60, 1).unwrap());
     for text in [
         "{ kind = 'remodelling', time = 2.0 }",
         "{ kind = 'remodelling', time = '2 + 0.1*x', yield = 0.05 }",

@@ -5,7 +5,7 @@ use std::path::Path;
 use rumple::effects::{BlockMatrix, HessianPart};
 use rumple::geometry::Crossings;
 use rumple::model::Potential;
-use rumple::sheet::{Shape, Sheet, generate, write};
+use rumple::sheet::{Sheet, SheetShape, generate, write};
 use rumple::{Simulation, Vec3};
 
 use super::running::at_end;
@@ -14,7 +14,7 @@ use crate::run::program::{folder, passes_with, rumple, text};
 use crate::run::resumed::{assert_same, checkpoints, stopped};
 
 /// Writes `shape` of about so many vertices, moved by `shift`, as `mesh.obj`.
-fn write_mesh(folder: &Path, shape: &Shape, vertices: usize, shift: Vec3) -> Sheet {
+fn write_mesh(folder: &Path, shape: &SheetShape, vertices: usize, shift: Vec3) -> Sheet {
     let made = generate(shape, vertices, 3).unwrap();
     let rest = made.rest().iter().map(|x| x + shift).collect();
     let moved = Sheet::new(rest, made.triangles().to_vec()).unwrap();
@@ -24,7 +24,7 @@ fn write_mesh(folder: &Path, shape: &Shape, vertices: usize, shift: Vec3) -> She
     moved
 }
 
-const SPHERE: Shape = Shape::Sphere { radius: 1.5, irregular: true };
+const SPHERE: SheetShape = SheetShape::Sphere { radius: 1.5, irregular: true };
 
 /// A clamped plate with effects.
 fn plate(size: f64, vertices: usize, until: f64, effects: &str) -> String {
@@ -87,7 +87,7 @@ fn derivatives_are_those_of_the_energy() {
 #[test]
 fn a_plate_rests_on_a_flat_mesh_as_on_a_plane() {
     let here = folder("");
-    let flat = Shape::Rectangle { width: 4.4, height: 4.4 };
+    let flat = SheetShape::Rectangle { width: 4.4, height: 4.4 };
     write_mesh(here.path(), &flat, 230, Vec3::new(0.0, 0.0, -0.08));
     let press = "{ kind = 'pin', where = 'all', axes = 'xy' }, { kind = 'load', where = 'all', force = { per-area = [0, 0, -5.0] } },";
     let height = |obstacle: &str| {
@@ -168,7 +168,7 @@ fn a_start_in_the_mesh_is_refused_with_its_place() {
         (0.0, "touches the mesh"),
     ] {
         let here = folder("");
-        let flat = Shape::Rectangle { width: 3.0, height: 3.0 };
+        let flat = SheetShape::Rectangle { width: 3.0, height: 3.0 };
         match height {
             0.0 => write_mesh(here.path(), &flat, 50, Vec3::new(0.3, 0.1, 0.0)),
             _ => write_mesh(here.path(), &SPHERE, 150, Vec3::new(0.0, 0.0, height)),
@@ -193,7 +193,7 @@ fn a_start_in_the_mesh_is_refused_with_its_place() {
 #[test]
 fn a_mesh_that_reaches_pinned_vertices_names_the_pin() {
     let here = folder("");
-    let flat = Shape::Rectangle { width: 3.0, height: 3.0 };
+    let flat = SheetShape::Rectangle { width: 3.0, height: 3.0 };
     write_mesh(here.path(), &flat, 50, Vec3::new(1.0, 0.0, 0.4));
     let moved = ", displacement = [0, 0, -2], ramp = { formula = 't' }";
     let effects = format!(

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rumple::Vec3;
 use rumple::effects::prelude::*;
 use rumple::kinetics::Location;
-use rumple::kit::{Report, examine, examine_with, synthetic_law};
+use rumple::kit::{Report, examine, examine_with_species, synthetic_law};
 use serde::Serialize;
 
 use crate::common::irregular;
@@ -211,7 +211,7 @@ fn report(transport: bool, fault: &'static str) -> Report {
     assert_eq!(sheet.vertex_count(), 72);
     let kinetics = synthetic_law(&["c"]);
     let kinetics = transport.then_some((&kinetics, Location::Vertex));
-    examine_with(&Planted { transport, fault }, &sheet, None, kinetics).unwrap()
+    examine_with_species(&Planted { transport, fault }, &sheet, None, kinetics).unwrap()
 }
 
 fn found(transport: bool, fault: &'static str, words: &str) {

@@ -6,8 +6,8 @@ use rumple::effects::{
     Axes, Bending, Load, LoadForce, Material, Pin, Pressure, Region, Stretching,
 };
 use rumple::num::checked::{Finite, Positive};
-use rumple::problem::{Part, ProblemError};
-use rumple::sheet::{Shape, Sheet, generate};
+use rumple::problem::{ProblemError, ProblemPart};
+use rumple::sheet::{Sheet, SheetShape, generate};
 use rumple::solve::SolveError;
 use rumple::solve::equilibrium::{ForceTolerance, LbfgsSpec};
 use rumple::{Problem, Simulation};
@@ -17,7 +17,7 @@ use crate::common::prepare;
 const STEEL: Material = Material { young: 1e6, poisson: 0.25, thickness: 0.5 };
 
 fn disc() -> Arc<Sheet> {
-    generate(&Shape::Disc { radius: 10.0 }, 300, 1).unwrap().into()
+    generate(&SheetShape::Disc { radius: 10.0 }, 300, 1).unwrap().into()
 }
 
 fn plate(sheet: Arc<Sheet>) -> Problem<'static> {
@@ -82,7 +82,7 @@ fn mistakes_name_their_part() {
         Ok(_) => panic!("it is accepted"),
     };
     let (part, message) = refused(plate(disc()).material(None));
-    assert_eq!(part, Part::Material);
+    assert_eq!(part, ProblemPart::Material);
     assert!(message.contains("stretching needs young"), "{message}");
     for (material, word) in [
         (Material { young: -1.0, ..STEEL }, "young is -1"),
@@ -90,19 +90,19 @@ fn mistakes_name_their_part() {
         (Material { poisson: 0.7, ..STEEL }, "poisson is 0.7"),
     ] {
         let (part, message) = refused(plate(disc()).material(material));
-        assert_eq!(part, Part::Material);
+        assert_eq!(part, ProblemPart::Material);
         assert!(message.contains(word), "{message}");
     }
-    let sphere = generate(&Shape::Sphere { radius: 1.0, irregular: false }, 100, 1).unwrap();
+    let sphere = generate(&SheetShape::Sphere { radius: 1.0, irregular: false }, 100, 1).unwrap();
     let (part, _) = refused(Problem::on(sphere).planar(true));
-    assert_eq!(part, Part::Planar);
+    assert_eq!(part, ProblemPart::Planar);
     let pressure = Pressure { value: Finite::ONE, ramp: None };
     let planar = Problem::on(disc()).planar(true).material(STEEL).effect(Stretching::default());
     let (part, message) = refused(planar.effect(pressure));
-    assert!(matches!(part, Part::Effect(1, _)), "{part:?}");
+    assert!(matches!(part, ProblemPart::Effect(1, _)), "{part:?}");
     assert!(message.contains("pressure"), "{message}");
     let (part, _) = refused(Problem::on(disc()).material(STEEL).effect(Bending::default()));
-    assert_eq!(part, Part::Effects);
+    assert_eq!(part, ProblemPart::Effects);
 }
 
 /// A state is anybody's to set: one of another sheet, or with values that are missing, is refused.

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use rumple::effects::prelude::*;
 use rumple::kinetics::formula::{FormulaKinetics, Law};
-use rumple::kit::{examine_with, synthetic_law};
+use rumple::kit::{examine_with_species, synthetic_law};
 use rumple::problem::{self, Problem};
-use rumple::sheet::{Shape as Form, generate};
+use rumple::sheet::{SheetShape, generate};
 use serde::Serialize;
 
 use super::registered::read;
@@ -80,7 +80,7 @@ fn lifted(slope: f64) -> Lifted {
 #[test]
 fn a_strangers_effect_reads_a_species() {
     let law = Law::named("decay").species("b", "0").species("c", "-c");
-    let sheet = generate(&Form::Disc { radius: 3.0 }, 60, 1).unwrap();
+    let sheet = generate(&SheetShape::Disc { radius: 3.0 }, 60, 1).unwrap();
     let tight = Positive::new(1e-5).unwrap();
     let spec =
         rumple::solve::staggered::StaggeredSpec { rtol: tight, atol: tight, ..Default::default() };
@@ -109,7 +109,7 @@ fn the_kit_inspects_derivatives_by_species() {
     let sheet = Arc::new(irregular(9, 8, 0.25));
     let law = synthetic_law(&["b", "c"]);
     let faults = |effect: &dyn EffectSpec, location| {
-        examine_with(effect, &sheet, None, Some((&law, location))).unwrap().faults
+        examine_with_species(effect, &sheet, None, Some((&law, location))).unwrap().faults
     };
     for location in [Location::Vertex, Location::Face] {
         assert_eq!(faults(&lifted(1.0), location), Vec::<String>::new());

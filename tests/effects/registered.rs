@@ -4,16 +4,16 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use rumple::effects::{
-    Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, Field, HessianPart, Material,
-    MaterialField, Measure, SPONTANEOUS_CURVATURE, Values,
+    Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, Field, FieldValues,
+    HessianPart, Material, MaterialField, Measure, SPONTANEOUS_CURVATURE,
 };
 use rumple::geometry::Conditions;
 use rumple::kinetics::Location;
-use rumple::kit::{Report, examine_on, examine_with, synthetic_law};
+use rumple::kit::{Report, examine_on, examine_with_species, synthetic_law};
 use rumple::model::{Mechanics, Potential};
 use rumple::num::checked::Positive;
 use rumple::scene::Scene;
-use rumple::sheet::{Shape, Sheet, generate};
+use rumple::sheet::{Sheet, SheetShape, generate};
 
 use crate::common::irregular;
 
@@ -166,7 +166,7 @@ const SAMPLES: [(&str, &str, bool, [bool; 3]); 66] = [
 ];
 
 fn sheet(closed: bool) -> Arc<Sheet> {
-    let sphere = || generate(&Shape::Sphere { radius: 3.0, irregular: true }, 150, 1).unwrap();
+    let sphere = || generate(&SheetShape::Sphere { radius: 3.0, irregular: true }, 150, 1).unwrap();
     Arc::new(if closed { sphere() } else { irregular(9, 8, 0.25) })
 }
 
@@ -176,7 +176,7 @@ fn report(kind: &str, table: &str, closed: bool, location: Location) -> Report {
     let mut synthetic_law = synthetic_law(&["c", "d"]);
     synthetic_law.capabilities.length_factor = true;
     let kinetics = spec.needs().species.then_some((&synthetic_law, location));
-    examine_with(spec.as_ref(), &sheet(closed), Some(&material), kinetics).unwrap()
+    examine_with_species(spec.as_ref(), &sheet(closed), Some(&material), kinetics).unwrap()
 }
 
 /// As a scene reads it.
@@ -211,10 +211,10 @@ fn bending_that_follows_a_law_passes_the_kit() {
         SAMPLES.iter().filter(|(kind, table, ..)| *kind == "bending" && !table.contains("paper"));
     for (kind, table, closed, _) in bending {
         let (spec, kinetics) = (read(kind, table), Some((&law, Location::Vertex)));
-        let found = examine_with(spec.as_ref(), &sheet(*closed), Some(&material), kinetics);
+        let found = examine_with_species(spec.as_ref(), &sheet(*closed), Some(&material), kinetics);
         assert_eq!(found.unwrap().faults, Vec::<String>::new(), "{table}");
     }
-    let found = examine_with(&Forgetful, &sheet(false), Some(&material), None).unwrap();
+    let found = examine_with_species(&Forgetful, &sheet(false), Some(&material), None).unwrap();
     let missing =
         "Forgetful: the derivatives of the forces by the spontaneous curvature of a law differ";
     assert!(found.faults.iter().any(|fault| fault.starts_with(missing)), "{:?}", found.faults);
@@ -364,11 +364,11 @@ fn a_field_of_one_value_is_the_number() {
             .collect();
         let count = sheet.triangle_count();
         let field = MaterialField {
-            thickness: Values::Each(vec![0.5; count]),
+            thickness: FieldValues::Each(vec![0.5; count]),
             ..MaterialField::from(&number)
         };
         let poisson = MaterialField {
-            poisson: Values::Each(vec![0.2; count]),
+            poisson: FieldValues::Each(vec![0.2; count]),
             ..MaterialField::from(&number)
         };
         let of = |varying: Option<&MaterialField>| {

@@ -1,7 +1,7 @@
 //! Formulas of the time in effects: what they are at a time is what the same numbers are at all times.
 
 use rumple::effects::EffectSpec;
-use rumple::sheet::{Shape, generate};
+use rumple::sheet::{SheetShape, generate};
 use rumple::{Simulation, Vec3};
 
 use super::registered::read;
@@ -81,7 +81,7 @@ fn a_formula_of_the_time_is_the_same_formula_at_every_time() {
 /// Steps end where formulas of the time have kinks.
 #[test]
 fn kinks_of_the_formulas_are_breakpoints() {
-    let sheet = generate(&Shape::Disc { radius: 1.0 }, 50, 1).unwrap();
+    let sheet = generate(&SheetShape::Disc { radius: 1.0 }, 50, 1).unwrap();
     for (kind, table) in [
         ("bending", "curvature = '0.1*max(t - 0.25, x - x)'"),
         ("active-tension", "value = '0.1*step(t - 0.25)'"),

@@ -142,7 +142,7 @@ proptest! {
         };
         for at in [[0.7, -1.3, 0.2, 2.0], [1.0, 2.0, 3.0, 0.5]] {
             let expected = tree.value(&at);
-            let found = formula.at(&[Vec3::new(at[0], at[1], at[2])], at[3])[0];
+            let found = formula.evaluate(&[Vec3::new(at[0], at[1], at[2])], at[3])[0];
             // Large numbers make errors of rounding large.
             if tree.is_finite(&at) && expected.abs() < 1e6 && stable(&tree, &at) {
                 prop_assert!(alike(expected, found), "{text} at {at:?}: {found}, expected {expected}");

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, SVD};
 use rumple::Vec3;
 use rumple::effects::Material;
 use rumple::model::Potential;
-use rumple::sheet::{Shape, Sheet, generate};
+use rumple::sheet::{Sheet, SheetShape, generate};
 use rumple::solve::equilibrium::{
     Descent, DescentSpec, Equilibrium, Goal, Lbfgs, LbfgsSpec, Newton, NewtonSpec, Preconditioner,
     Relaxation,
@@ -35,7 +35,7 @@ fn motion(a: &[Vec3], b: &[Vec3]) -> (Vec3, f64, f64) {
 /// A disc whose middle grows violently, out of the plane by noise, with z fixed along the boundary or no
 /// pins at all.
 fn grown(free: bool) -> (Potential, Vec<Vec3>) {
-    let sheet = Arc::new(generate(&Shape::Disc { radius: 16.0 }, 500, 1).unwrap());
+    let sheet = Arc::new(generate(&SheetShape::Disc { radius: 16.0 }, 500, 1).unwrap());
     let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 0.5 };
     let pins = sheet.boundary().iter().map(|boundary| [false, false, *boundary && !free]).collect();
     let mut mechanics = both(&sheet, &material, pins);

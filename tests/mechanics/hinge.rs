@@ -6,7 +6,7 @@ use rumple::Vec3;
 use rumple::effects::{BendingWeight, Energy, EnergyTerm, HingeBending, Material, MeyerBending};
 use rumple::geometry::AreaRule;
 use rumple::model::Potential;
-use rumple::sheet::{Shape, Sheet, generate};
+use rumple::sheet::{Sheet, SheetShape, generate};
 
 use super::potential;
 use crate::common::lattice;
@@ -131,7 +131,7 @@ fn all_bending_models_agree_for_smooth_shapes_inside_the_flat_sheet() {
 fn an_irregular_mesh_changes_the_stiffness_somewhat() {
     let mut stiffness = Vec::new();
     for vertices in [1000, 4000] {
-        let shape = Shape::Rectangle { width: 1.0, height: 1.0 };
+        let shape = SheetShape::Rectangle { width: 1.0, height: 1.0 };
         let sheet = Arc::new(generate(&shape, vertices, 1).unwrap());
         let mut mechanics = hinge(&sheet, 0.3);
         let radius = 1e3;

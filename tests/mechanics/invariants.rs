@@ -53,8 +53,8 @@ fn mirroring_turns_the_sign_of_the_mean_curvature_only() {
     let mirrored: Vec<Vec3> = x.iter().map(|x| Vec3::new(x.x, x.y, -x.z)).collect();
     let mut mechanics = both(&sheet, &MATERIAL, vec![[false; 3]; sheet.vertex_count()]);
     let area = VertexArea::new(&sheet, AreaRule::default());
-    let up = Curvature::of(&mechanics.shape(&x), &area);
-    let down = Curvature::of(&mechanics.shape(&mirrored), &area);
+    let up = Curvature::evaluate(&mechanics.shape(&x), &area);
+    let down = Curvature::evaluate(&mechanics.shape(&mirrored), &area);
     for i in 0..x.len() {
         assert!((up.mean[i] + down.mean[i]).abs() < 1e-12);
         assert!((up.gaussian[i] - down.gaussian[i]).abs() < 1e-12);
@@ -73,7 +73,7 @@ fn angle_sums_obey_gauss_bonnet_on_any_shape() {
         let mut total = 0.0;
         for i in 0..x.len() {
             total += if sheet.boundary()[i] { PI } else { 2.0 * PI };
-            for &(t, k) in sheet.vertex_triangles().of(i) {
+            for &(t, k) in sheet.vertex_triangles().entries(i) {
                 total -= angle_at(&shape, t as usize, k as usize);
             }
         }
@@ -88,7 +88,7 @@ fn an_obtuse_flat_sheet_has_no_curvature() {
     let mechanics = both(&sheet, &MATERIAL, vec![[false; 3]; sheet.vertex_count()]);
     for rule in [AreaRule::FrozenVoronoi, AreaRule::Barycentric, AreaRule::MixedVoronoi] {
         let area = VertexArea::new(&sheet, rule);
-        let c = Curvature::of(&mechanics.shape(sheet.rest()), &area);
+        let c = Curvature::evaluate(&mechanics.shape(sheet.rest()), &area);
         let total: f64 = c.area.iter().sum();
         let faces: f64 = mechanics.metric().area().iter().sum();
         assert!((total - faces).abs() < 1e-12 * faces, "{rule:?}");

@@ -21,7 +21,7 @@ fn curvature(sheet: &Sheet, rule: AreaRule, x: &[Vec3]) -> Curvature {
     let pins = vec![[false; 3]; sheet.vertex_count()];
     let mechanics = potential(Arc::new(sheet.clone()), Vec::new(), pins);
     let area = VertexArea::new(sheet, rule);
-    Curvature::of(&mechanics.shape(x), &area)
+    Curvature::evaluate(&mechanics.shape(x), &area)
 }
 
 #[test]

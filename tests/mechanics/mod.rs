@@ -39,8 +39,9 @@ pub fn potential(sheet: Arc<Sheet>, energies: Vec<EnergyTerm>, pins: Vec<[bool; 
 
 /// Pairs of vertices up to two edges apart.
 pub fn two_rings(sheet: &Sheet) -> BlockPattern {
-    let each =
-        |i: usize, f: &mut dyn FnMut(u32)| sheet.vertex_edges().of(i).iter().for_each(|n| f(n.1));
+    let each = |i: usize, f: &mut dyn FnMut(u32)| {
+        sheet.vertex_edges().entries(i).iter().for_each(|n| f(n.1))
+    };
     BlockPattern::of_rings(sheet.vertex_count(), 2, &each, &[])
 }
 

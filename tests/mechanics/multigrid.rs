@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rumple::Vec3;
 use rumple::effects::{HessianPart, Material};
 use rumple::model::Potential;
-use rumple::sheet::{Shape, generate};
+use rumple::sheet::{SheetShape, generate};
 use rumple::solve::equilibrium::{Equilibrium, Goal, Lbfgs, LbfgsSpec, Preconditioner, Relaxation};
 use rumple_numerics::linear::{BlockMatrix, Multigrid};
 
@@ -16,7 +16,7 @@ const RADIUS: f64 = 100.0;
 
 /// A disc whose middle has grown and stands up; its boundary is fixed vertically if `fixed`.
 fn dome(vertices: usize, fixed: bool) -> (Potential, Vec<Vec3>) {
-    let sheet = Arc::new(generate(&Shape::Disc { radius: RADIUS }, vertices, 1).unwrap());
+    let sheet = Arc::new(generate(&SheetShape::Disc { radius: RADIUS }, vertices, 1).unwrap());
     let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 2.0 };
     let pins = sheet.boundary().iter().map(|boundary| [false, false, fixed && *boundary]).collect();
     let mut mechanics = both(&sheet, &material, pins);

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rumple::Vec3;
 use rumple::effects::Material;
-use rumple::sheet::{Shape, Sheet, generate};
+use rumple::sheet::{Sheet, SheetShape, generate};
 use rumple::solve::SolveError;
 use rumple::solve::equilibrium::{
     Collapse, Equilibrium, Goal, Lbfgs, LbfgsSpec, Relaxation, explained,
@@ -101,11 +101,11 @@ fn driven_flat(collapse: Collapse) -> (Arc<Sheet>, usize, Result<Relaxation, Sol
     let mut pins = vec![[true; 3]; sheet.vertex_count()];
     pins[vertex] = [false, false, true];
     let mut mechanics = both(&sheet, &material, pins);
-    let (triangle, corner) = sheet.vertex_triangles().of(vertex)[0];
+    let (triangle, corner) = sheet.vertex_triangles().entries(vertex)[0];
     let near = sheet.triangles()[triangle as usize];
     assert_eq!(near[corner as usize] as usize, vertex);
     let mut factor = vec![1.0; sheet.edges().len()];
-    for &(e, j) in sheet.vertex_edges().of(vertex) {
+    for &(e, j) in sheet.vertex_edges().entries(vertex) {
         factor[e as usize] = if near.contains(&j) { 0.2 } else { 2.0 };
     }
     mechanics.set_length_factor(&factor);
@@ -141,7 +141,7 @@ fn a_triangle_driven_flat_is_named_or_fixed() {
 /// falls: neither may stop the relaxation.
 #[test]
 fn round_off_near_buckling_does_not_stop_a_relaxation() {
-    let sheet = Arc::new(generate(&Shape::Disc { radius: 10.0 }, 1000, 1).unwrap());
+    let sheet = Arc::new(generate(&SheetShape::Disc { radius: 10.0 }, 1000, 1).unwrap());
     let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 0.3 };
     let fixed = sheet.boundary().iter().map(|boundary| [*boundary; 3]).collect();
     let mut mechanics = both(&sheet, &material, fixed);

@@ -6,7 +6,7 @@ use rumple::Vec3;
 use rumple::effects::{EnergyTerm, HingeBending, Material, MeyerBending, RestShape};
 use rumple::geometry::AreaRule;
 use rumple::model::Potential;
-use rumple::sheet::{Shape, Sheet, generate};
+use rumple::sheet::{Sheet, SheetShape, generate};
 
 use super::potential;
 
@@ -14,11 +14,11 @@ const MATERIAL: Material = Material { young: 1e3, poisson: 0.3, thickness: 0.1 }
 
 fn shells() -> Vec<Arc<Sheet>> {
     let made = [
-        Shape::Sphere { radius: 10.0, irregular: true },
-        Shape::Sphere { radius: 10.0, irregular: false },
-        Shape::Cap { radius: 10.0, height: 10.0 },
-        Shape::Cylinder { radius: 3.0, height: 8.0, caps: false },
-        Shape::Torus { major: 5.0, minor: 2.0 },
+        SheetShape::Sphere { radius: 10.0, irregular: true },
+        SheetShape::Sphere { radius: 10.0, irregular: false },
+        SheetShape::Cap { radius: 10.0, height: 10.0 },
+        SheetShape::Cylinder { radius: 3.0, height: 8.0, caps: false },
+        SheetShape::Torus { major: 5.0, minor: 2.0 },
     ];
     made.map(|shape| Arc::new(generate(&shape, 600, 1).unwrap())).into()
 }
@@ -45,7 +45,7 @@ fn forces(potential: &mut Potential, x: &[Vec3]) -> (f64, f64) {
 fn shells_are_at_rest_in_their_own_mesh_to_round_off() {
     for sheet in shells() {
         for model in MODELS {
-            let rest = RestShape::at(sheet.rest());
+            let rest = RestShape::from_positions(sheet.rest());
             let (energy, force) = forces(&mut bending(&sheet, model, &rest), sheet.rest());
             assert!(energy.abs() < 1e-20 && force < 1e-10, "{model}: {energy:e} {force:e}");
             let (energy, force) =
@@ -60,7 +60,7 @@ fn shells_are_at_rest_in_their_own_mesh_to_round_off() {
 fn a_shell_that_grows_evenly_rests_as_the_same_shape_enlarged() {
     for sheet in shells() {
         for model in MODELS {
-            let mut bending = bending(&sheet, model, &RestShape::at(sheet.rest()));
+            let mut bending = bending(&sheet, model, &RestShape::from_positions(sheet.rest()));
             bending.set_length_factor(&vec![1.3; sheet.edges().len()]);
             let x: Vec<Vec3> = sheet.rest().iter().map(|x| 1.3 * x).collect();
             let (energy, force) = forces(&mut bending, &x);
@@ -72,9 +72,9 @@ fn a_shell_that_grows_evenly_rests_as_the_same_shape_enlarged() {
 /// A shell turned inside out is bent by twice its curvature: it is not its own mirror image.
 #[test]
 fn a_cap_turned_inside_out_is_under_stress() {
-    let sheet = Arc::new(generate(&Shape::Cap { radius: 10.0, height: 2.0 }, 600, 1).unwrap());
+    let sheet = Arc::new(generate(&SheetShape::Cap { radius: 10.0, height: 2.0 }, 600, 1).unwrap());
     for model in MODELS {
-        let mut bending = bending(&sheet, model, &RestShape::at(sheet.rest()));
+        let mut bending = bending(&sheet, model, &RestShape::from_positions(sheet.rest()));
         let mirrored: Vec<Vec3> = sheet.rest().iter().map(|x| Vec3::new(x.x, x.y, -x.z)).collect();
         let (energy, _) = forces(&mut bending, &mirrored);
         let b = MATERIAL.bending_rigidity();

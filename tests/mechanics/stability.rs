@@ -7,7 +7,7 @@ use rumple::Vec3;
 use rumple::effects::Pins;
 use rumple::effects::{HessianPart, Material};
 use rumple::model::Potential;
-use rumple::sheet::{Shape, Sheet, generate};
+use rumple::sheet::{Sheet, SheetShape, generate};
 use rumple::solve::equilibrium::{Equilibrium, Goal, Lbfgs, LbfgsSpec};
 use rumple::solve::stability::{Spectrum, Stability};
 use rumple_numerics::linear::BlockMatrix;
@@ -109,7 +109,8 @@ fn multiple_eigenvalues_are_all_found() {
 #[test]
 fn rigid_motions_are_counted_as_pins_leave_them() {
     // Generated meshes have no triangle with three vertices on the boundary, which could flap at no cost.
-    let sheet = Arc::new(generate(&Shape::Rectangle { width: 8.0, height: 7.0 }, 70, 1).unwrap());
+    let sheet =
+        Arc::new(generate(&SheetShape::Rectangle { width: 8.0, height: 7.0 }, 70, 1).unwrap());
     let some = |vertices: &[usize]| -> Pins {
         (0..sheet.vertex_count()).map(|i| [vertices.contains(&i); 3]).collect()
     };
@@ -136,7 +137,7 @@ fn rigid_motions_are_counted_as_pins_leave_them() {
 /// After a relaxation to a usual tolerance turns are still reported from soft modes.
 #[test]
 fn rigid_motions_are_counted_where_the_sheet_is_bent_and_stressed() {
-    let shape = Shape::Rectangle { width: 14.0, height: 12.0 };
+    let shape = SheetShape::Rectangle { width: 14.0, height: 12.0 };
     let sheet = Arc::new(generate(&shape, 200, 1).unwrap());
     let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 0.4 };
     for (axes, rigid) in [([false; 3], 6), ([false, false, true], 3)] {
@@ -186,8 +187,9 @@ fn bending_modes_of_a_rectangle_converge_to_plate_theory() {
     let scale = material.bending_rigidity() / (MATERIAL.bending_rigidity() / 1e4);
     let mut worst = Vec::new();
     for vertices in [300, 1200] {
-        let sheet =
-            Arc::new(generate(&Shape::Rectangle { width: a, height: b }, vertices, 1).unwrap());
+        let sheet = Arc::new(
+            generate(&SheetShape::Rectangle { width: a, height: b }, vertices, 1).unwrap(),
+        );
         let mut mechanics = both(&sheet, &material, boundary(&sheet, [true; 3]));
         let found = spectrum(&mut mechanics, sheet.rest(), 4);
         let errors: Vec<f64> =
@@ -208,7 +210,7 @@ fn a_grown_disc_loses_its_stability_at_the_buckling_strain() {
     let critical = 4.282410148730029 * (2.0 / 3.0) * ratio / (radius * radius);
     let mut errors = Vec::new();
     for vertices in [150, 400, 800] {
-        let sheet = Arc::new(generate(&Shape::Disc { radius }, vertices, 1).unwrap());
+        let sheet = Arc::new(generate(&SheetShape::Disc { radius }, vertices, 1).unwrap());
         let mut mechanics = both(&sheet, &material, boundary(&sheet, [true; 3]));
         let mut stability = Stability::new(mechanics.mechanics()).unwrap();
         let mut at = |share: f64| {
@@ -239,7 +241,7 @@ fn a_grown_disc_loses_its_stability_at_the_buckling_strain() {
 
 #[test]
 fn far_beyond_buckling_there_are_many_directions_down() {
-    let sheet = Arc::new(generate(&Shape::Disc { radius: 5.0 }, 120, 1).unwrap());
+    let sheet = Arc::new(generate(&SheetShape::Disc { radius: 5.0 }, 120, 1).unwrap());
     let material = Material { young: 1e3, poisson: 1.0 / 3.0, thickness: 0.1 };
     let mut mechanics = both(&sheet, &material, boundary(&sheet, [true; 3]));
     mechanics.set_length_factor(&vec![1.02; sheet.edges().len()]);
@@ -264,7 +266,7 @@ fn far_beyond_buckling_there_are_many_directions_down() {
 /// count is made at a coarser resolution, never silently wrong.
 #[test]
 fn counts_hold_a_thousand_times_beyond_buckling() {
-    let sheet = Arc::new(generate(&Shape::Disc { radius: 14.0 }, 500, 3).unwrap());
+    let sheet = Arc::new(generate(&SheetShape::Disc { radius: 14.0 }, 500, 3).unwrap());
     let material = Material { young: 1e6, poisson: 1.0 / 3.0, thickness: 0.05 };
     for growth in [1.0001, 1.003, 1.03] {
         let mut mechanics = both(&sheet, &material, boundary(&sheet, [true; 3]));

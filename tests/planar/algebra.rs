@@ -18,7 +18,7 @@ fn potential(sheet: &Arc<Sheet>, planar: bool) -> (Potential, Vec<Vec3>) {
         vec![EnergyTerm::new(StvkStretching::new(&MATERIAL, StretchingModulus::PlaneStress))];
     let pins = sheet.rest().iter().map(|x| [x.x < 0.6, x.x < 0.6, !planar]).collect();
     let parts = MechanicsParts { terms: energy, pins, planar, ..MechanicsParts::default() };
-    let mechanics = Mechanics::of(Arc::clone(sheet), parts).unwrap();
+    let mechanics = Mechanics::from_parts(Arc::clone(sheet), parts).unwrap();
     let mut noise = Noise::new(3);
     let x = sheet.rest().iter().map(|x| {
         let v = noise.vector();

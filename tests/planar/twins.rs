@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rumple::Vec3;
 use rumple::effects::{EnergyTerm, Material, StretchingModulus, StvkStretching};
 use rumple::model::{Mechanics, MechanicsParts, Potential};
-use rumple::sheet::{Shape, generate};
+use rumple::sheet::{SheetShape, generate};
 use rumple::solve::equilibrium::{Equilibrium, Goal, Lbfgs, LbfgsSpec};
 use rumple::solve::stability::Stability;
 
@@ -80,13 +80,13 @@ fn equilibrium_methods_agree() {
 /// Growth without pins: three rigid motions are left, which a relaxation does not follow.
 #[test]
 fn a_free_sheet_has_three_rigid_motions() {
-    let sheet = Arc::new(generate(&Shape::Disc { radius: 5.0 }, 200, 1).unwrap());
+    let sheet = Arc::new(generate(&SheetShape::Disc { radius: 5.0 }, 200, 1).unwrap());
     let material = Material { young: 10.0, poisson: 0.3, thickness: 0.5 };
     let energy =
         || vec![EnergyTerm::new(StvkStretching::new(&material, StretchingModulus::PlaneStress))];
     let upright = vec![[false, false, true]; sheet.vertex_count()];
     let parts = MechanicsParts { terms: energy(), planar: true, ..MechanicsParts::default() };
-    let plane = Mechanics::of(Arc::clone(&sheet), parts).unwrap();
+    let plane = Mechanics::from_parts(Arc::clone(&sheet), parts).unwrap();
     let space = Mechanics::new(Arc::clone(&sheet), energy(), upright).unwrap();
     assert_eq!(plane.pattern().axes(), 2);
     assert_eq!(plane.free_motions(), 3);
@@ -132,7 +132,7 @@ fn a_free_sheet_has_three_rigid_motions() {
 fn pins_that_move_do_so_in_another_plane_too() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("raised.obj");
-    let sheet = generate(&Shape::Rectangle { width: 10.0, height: 6.0 }, 120, 1).unwrap();
+    let sheet = generate(&SheetShape::Rectangle { width: 10.0, height: 6.0 }, 120, 1).unwrap();
     let raised: Vec<Vec3> = sheet.rest().iter().map(|x| x + 0.1 * Vec3::z()).collect();
     let mut text = String::new();
     for x in &raised {

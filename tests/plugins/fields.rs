@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use rumple::Simulation;
 use rumple::kinetics::PluginSearch;
-use rumple::model::Memory;
+use rumple::model::EvaluationBuffers;
 use rumple::scene::Scene;
 
 use super::build::{self, c_library};
@@ -78,7 +78,7 @@ fn length_factors_see_the_parameters_at_edges() {
     let (_, simulation) = prepare(&text, &[]);
     let (model, state) = (simulation.model(), simulation.state());
     let (sheet, chemistry) = (model.sheet(), model.chemistry().unwrap());
-    let mut memory = Memory::default();
+    let mut memory = EvaluationBuffers::default();
     let mut at = model.at(state, &mut memory);
     let surface = at.surface();
     let factor = chemistry.length_factor(sheet, surface, &state.species).unwrap().unwrap();

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use rumple::Vec3;
 use rumple::sheet::write::MeshFormat;
-use rumple::sheet::{Shape, Sheet, generate, write};
+use rumple::sheet::{Sheet, SheetShape, generate, write};
 
 use super::program::{folder, passes, passes_with, rumple, text};
 use super::resumed::{assert_same, checkpoints, stopped};
@@ -33,7 +33,7 @@ fn written(sheet: &Sheet, to: &Path) {
 
 /// The mesh of the scene, and the same with half of its height.
 fn meshes(folder: &Path) {
-    let cap = generate(&Shape::Cap { radius: 5.0, height: 2.0 }, 150, 1).unwrap();
+    let cap = generate(&SheetShape::Cap { radius: 5.0, height: 2.0 }, 150, 1).unwrap();
     written(&cap, &folder.join("cap.obj"));
     let lower = cap.rest().iter().map(|x| Vec3::new(x.x, x.y, 0.5 * x.z)).collect();
     let lower = Sheet::new(lower, cap.triangles().to_vec()).unwrap();

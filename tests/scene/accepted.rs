@@ -4,7 +4,7 @@ use rumple::Vec3;
 use rumple::effects::Measure;
 use rumple::model::{Policy, TensionReading};
 use rumple::output::Compression;
-use rumple::scene::{Direction, Initial, Scene, Shape, SheetSource};
+use rumple::scene::{Direction, Initial, Scene, ShapeSpec, SheetSource};
 use toml::Table;
 
 use super::{SCENE, refused};
@@ -21,7 +21,7 @@ fn resolved(scene: &Scene) -> Table {
 #[test]
 fn a_scene_with_every_table() {
     let scene = scene(SCENE);
-    let SheetSource::Generated(Shape::Disc(disc)) = &scene.sheet.source else {
+    let SheetSource::Generated(ShapeSpec::Disc(disc)) = &scene.sheet.source else {
         panic!("{:?}", scene.sheet)
     };
     assert_eq!((disc.radius.get(), disc.vertices.get(), disc.seed), (100.0, 20_000, 1));

@@ -4,14 +4,14 @@ use rumple::Simulation;
 use rumple::effects::{formula_on, formula_values};
 use rumple::kinetics::{Location, PluginSearch};
 use rumple::scene::Scene;
-use rumple::sheet::{Part, Shape, Sheet, generate};
+use rumple::sheet::{Sheet, SheetShape, Subdomain, generate};
 
 use crate::coupled::ranks::ThreadRank;
 
 const SIZE: [f64; 2] = [6.0, 4.0];
 
 fn rectangle() -> Sheet {
-    generate(&Shape::Rectangle { width: SIZE[0], height: SIZE[1] }, 200, 1).unwrap()
+    generate(&SheetShape::Rectangle { width: SIZE[0], height: SIZE[1] }, 200, 1).unwrap()
 }
 
 fn values(sheet: &Sheet, location: Location) -> Vec<f64> {
@@ -44,7 +44,7 @@ fn it_is_exact_on_a_rectangle_and_on_its_parts() {
         for communicator in ThreadRank::all(3) {
             let whole = &whole;
             scope.spawn(move || {
-                let part = Part::cut(whole, communicator).unwrap();
+                let part = Subdomain::cut(whole, communicator).unwrap();
                 for location in [Location::Vertex, Location::Face] {
                     assert!(near(&values(&part.sheet, location), &exact(&part.sheet, location)));
                 }

@@ -1,6 +1,6 @@
 //! `--set key.path=value`.
 
-use rumple::scene::{Scene, Shape, SheetSource};
+use rumple::scene::{Scene, ShapeSpec, SheetSource};
 
 use super::{SCENE, refused};
 
@@ -27,7 +27,7 @@ fn values_are_replaced_and_tables_made() {
     assert!(resolved.contains("step = 2.0"), "{resolved}");
     assert_eq!(scene.sheet.bump.as_ref().unwrap().centre[0].get(), 0.0);
     assert_eq!(scene.kinetics[0].parameters["odd. key"].uniform(), Some(3.0));
-    let SheetSource::Generated(Shape::Disc(disc)) = scene.sheet.source else { panic!() };
+    let SheetSource::Generated(ShapeSpec::Disc(disc)) = scene.sheet.source else { panic!() };
     assert_eq!(disc.radius.get(), 100.0);
 }
 

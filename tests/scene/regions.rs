@@ -3,7 +3,7 @@
 use rumple::effects::Region;
 use rumple::kinetics::PluginSearch;
 use rumple::scene::Scene;
-use rumple::sheet::{Part, Sheet, read};
+use rumple::sheet::{Sheet, Subdomain, read};
 use rumple::{Simulation, Vec3};
 use serde_json::{Value, json};
 
@@ -23,7 +23,7 @@ fn sheet(name: &str) -> Sheet {
 fn masks(region: &Region, sheet: &Sheet) -> [Vec<bool>; 2] {
     let spec = rumple::effects::Field::Regions {
         default: rumple::num::checked::Finite::ZERO,
-        regions: vec![rumple::effects::Part {
+        regions: vec![rumple::effects::RegionValue {
             region: region.clone(),
             value: rumple::num::checked::Finite::ONE,
         }],
@@ -83,7 +83,7 @@ fn arrays_on_points_and_cells_are_regions() {
         assert_eq!(*inside, (1..=4).contains(&t));
     }
     for (v, inside) in vertices.iter().enumerate() {
-        let expected = sheet.vertex_triangles().of(v).iter().any(|(t, _)| (1..=4).contains(t));
+        let expected = sheet.vertex_triangles().entries(v).iter().any(|(t, _)| (1..=4).contains(t));
         assert_eq!(*inside, expected);
     }
     for (array, of) in [
@@ -127,7 +127,7 @@ fn parts_have_the_members_of_the_whole() {
     let region = region(json!({ "any-of": [{ "group": "7" }, { "vertices": [0, 3] }] }));
     let of_whole = region.mask(&whole);
     for communicator in ThreadRank::all(4) {
-        let part = Part::cut(&whole, communicator).unwrap();
+        let part = Subdomain::cut(&whole, communicator).unwrap();
         let expected: Vec<bool> = part.vertices.iter().map(|v| of_whole[*v as usize]).collect();
         assert_eq!(region.mask(&part.sheet), expected);
     }

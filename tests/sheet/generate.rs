@@ -4,29 +4,30 @@ use std::f64::consts::{PI, TAU};
 
 use rumple::Vec3;
 use rumple::sheet::quality::triangle_angles;
-use rumple::sheet::{MeshReport, Shape, Sheet, generate, generate_graph};
+use rumple::sheet::{MeshReport, Sheet, SheetShape, generate, generate_graph};
 
-const DISC: Shape = Shape::Disc { radius: 100.0 };
-const RECTANGLE: Shape = Shape::Rectangle { width: 30.0, height: 10.0 };
-const ANNULUS: Shape = Shape::Annulus { inner: 2.0, outer: 7.0 };
-const BALL: Shape = Shape::Sphere { radius: 0.5, irregular: true };
-const ICOSPHERE: Shape = Shape::Sphere { radius: 0.5, irregular: false };
-const CYLINDER: Shape = Shape::Cylinder { radius: 3.0, height: 11.0, caps: false };
-const CAPPED: Shape = Shape::Cylinder { radius: 3.0, height: 8.0, caps: true };
-const CAP: Shape = Shape::Cap { radius: 3.0, height: 2.0 };
+const DISC: SheetShape = SheetShape::Disc { radius: 100.0 };
+const RECTANGLE: SheetShape = SheetShape::Rectangle { width: 30.0, height: 10.0 };
+const ANNULUS: SheetShape = SheetShape::Annulus { inner: 2.0, outer: 7.0 };
+const BALL: SheetShape = SheetShape::Sphere { radius: 0.5, irregular: true };
+const ICOSPHERE: SheetShape = SheetShape::Sphere { radius: 0.5, irregular: false };
+const CYLINDER: SheetShape = SheetShape::Cylinder { radius: 3.0, height: 11.0, caps: false };
+const CAPPED: SheetShape = SheetShape::Cylinder { radius: 3.0, height: 8.0, caps: true };
+const CAP: SheetShape = SheetShape::Cap { radius: 3.0, height: 2.0 };
 /// Nearly all of a sphere.
-const BULB: Shape = Shape::Cap { radius: 3.0, height: 5.5 };
-const TORUS: Shape = Shape::Torus { major: 3.0, minor: 1.0 };
-const FAT_TORUS: Shape = Shape::Torus { major: 3.0, minor: 2.0 };
-const ELLIPSOID: Shape = Shape::Ellipsoid { semi_axes: [1.5, 1.2, 1.0] };
-const SPHEROID: Shape = Shape::Ellipsoid { semi_axes: [1.0, 1.0, 2.0] };
-const WAVY: Shape = Shape::WavyStrip { width: 20.0, height: 8.0, amplitude: 1.0, wavelength: 10.0 };
+const BULB: SheetShape = SheetShape::Cap { radius: 3.0, height: 5.5 };
+const TORUS: SheetShape = SheetShape::Torus { major: 3.0, minor: 1.0 };
+const FAT_TORUS: SheetShape = SheetShape::Torus { major: 3.0, minor: 2.0 };
+const ELLIPSOID: SheetShape = SheetShape::Ellipsoid { semi_axes: [1.5, 1.2, 1.0] };
+const SPHEROID: SheetShape = SheetShape::Ellipsoid { semi_axes: [1.0, 1.0, 2.0] };
+const WAVY: SheetShape =
+    SheetShape::WavyStrip { width: 20.0, height: 8.0, amplitude: 1.0, wavelength: 10.0 };
 
 fn saddle(points: &[Vec3]) -> Vec<f64> {
     points.iter().map(|p| 0.3 * (p.x * p.x - p.y * p.y)).collect()
 }
 
-fn made(shape: &Shape, vertices: usize, seed: u64) -> Sheet {
+fn made(shape: &SheetShape, vertices: usize, seed: u64) -> Sheet {
     generate(shape, vertices, seed).unwrap_or_else(|e| panic!("{shape:?} {vertices} {seed}: {e}"))
 }
 
@@ -43,7 +44,7 @@ fn total_curvature(sheet: &Sheet) -> f64 {
     defect.iter().sum()
 }
 
-fn promises(shape: &Shape, vertices: usize, seed: u64, chi: i64) {
+fn promises(shape: &SheetShape, vertices: usize, seed: u64, chi: i64) {
     let what = format!("{shape:?} with {vertices} vertices, seed {seed}");
     kept(&made(shape, vertices, seed), &what, vertices, chi);
 }
@@ -109,7 +110,7 @@ fn curved_shapes_keep_the_promises() {
 #[test]
 fn lattices_have_nearly_equilateral_triangles() {
     for (size, vertices) in [([30.0, 10.0], 500), ([5.0, 40.0], 5_000), ([1.0, 1.0], 20_000)] {
-        let shape = Shape::Lattice { width: size[0], height: size[1] };
+        let shape = SheetShape::Lattice { width: size[0], height: size[1] };
         let sheet = made(&shape, vertices, 1);
         assert_eq!(sheet, made(&shape, vertices, 2));
         let report = MeshReport::new(&sheet);
@@ -126,7 +127,7 @@ fn lattices_have_nearly_equilateral_triangles() {
         assert!(areas.iter().all(|area| *area > 0.0));
         assert!((areas.iter().sum::<f64>() / (size[0] * size[1]) - 1.0).abs() < 1e-12);
     }
-    let narrow = Shape::Lattice { width: 9.0, height: 0.1 };
+    let narrow = SheetShape::Lattice { width: 9.0, height: 0.1 };
     let error = generate(&narrow, 300, 1).unwrap_err().to_string();
     assert!(error.contains("the shorter side is only"), "{error}");
 }
@@ -171,7 +172,7 @@ fn boundaries_are_as_many_loops_as_the_shape_has() {
 
 #[test]
 fn vertices_lie_on_their_surfaces() {
-    let worst = |shape: &Shape, distance: &dyn Fn(&Vec3) -> f64| {
+    let worst = |shape: &SheetShape, distance: &dyn Fn(&Vec3) -> f64| {
         let sheet = made(shape, 1000, 1);
         let worst = sheet.rest().iter().map(distance).fold(0.0, |a: f64, d| a.max(d.abs()));
         assert!(worst < 1e-9, "{shape:?}: {worst:e}");
@@ -232,7 +233,7 @@ fn normals_point_up_and_outward() {
 
 #[test]
 fn areas_are_those_of_the_shapes() {
-    let area = |shape: &Shape| MeshReport::new(&made(shape, 5_000, 1)).area;
+    let area = |shape: &SheetShape| MeshReport::new(&made(shape, 5_000, 1)).area;
     let near = |found: f64, exact: f64, relative: f64| {
         assert!((found / exact - 1.0).abs() < relative, "{found} instead of {exact}");
     };
@@ -302,23 +303,23 @@ fn the_lattice_has_no_preferred_direction() {
 
 #[test]
 fn impossible_wishes_are_refused_with_a_reason() {
-    let refused = |shape: &Shape, vertices, word: &str| {
+    let refused = |shape: &SheetShape, vertices, word: &str| {
         let message = generate(shape, vertices, 0).unwrap_err().to_string();
         assert!(message.contains(word), "{message}");
     };
-    refused(&Shape::Disc { radius: -1.0 }, 500, "radius = -1");
-    refused(&Shape::Disc { radius: f64::NAN }, 500, "radius = NaN");
-    let long = Shape::Cylinder { radius: 1.0, height: f64::INFINITY, caps: false };
+    refused(&SheetShape::Disc { radius: -1.0 }, 500, "radius = -1");
+    refused(&SheetShape::Disc { radius: f64::NAN }, 500, "radius = NaN");
+    let long = SheetShape::Cylinder { radius: 1.0, height: f64::INFINITY, caps: false };
     refused(&long, 500, "height = inf");
-    let flat = Shape::Cylinder { radius: 1.0, height: 1e-3, caps: true };
+    let flat = SheetShape::Cylinder { radius: 1.0, height: 1e-3, caps: true };
     refused(&flat, 500, "more vertices");
-    refused(&Shape::Cap { radius: 1.0, height: 2.0 }, 500, "smaller than the diameter 2");
-    refused(&Shape::Cap { radius: 1.0, height: 1.9999 }, 500, "the boundary");
-    refused(&Shape::Torus { major: 1.0, minor: 1.0 }, 500, "smaller than major");
-    refused(&Shape::Torus { major: 1.0, minor: 0.99 }, 500, "the hole");
-    refused(&Shape::Ellipsoid { semi_axes: [1.0, 0.0, 1.0] }, 500, "semi_axes = 0");
-    refused(&Shape::Ellipsoid { semi_axes: [1.0, 0.01, 1.0] }, 500, "radius of curvature");
-    let short = Shape::WavyStrip { width: 9.0, height: 9.0, amplitude: 1.0, wavelength: 0.5 };
+    refused(&SheetShape::Cap { radius: 1.0, height: 2.0 }, 500, "smaller than the diameter 2");
+    refused(&SheetShape::Cap { radius: 1.0, height: 1.9999 }, 500, "the boundary");
+    refused(&SheetShape::Torus { major: 1.0, minor: 1.0 }, 500, "smaller than major");
+    refused(&SheetShape::Torus { major: 1.0, minor: 0.99 }, 500, "the hole");
+    refused(&SheetShape::Ellipsoid { semi_axes: [1.0, 0.0, 1.0] }, 500, "semi_axes = 0");
+    refused(&SheetShape::Ellipsoid { semi_axes: [1.0, 0.01, 1.0] }, 500, "radius of curvature");
+    let short = SheetShape::WavyStrip { width: 9.0, height: 9.0, amplitude: 1.0, wavelength: 0.5 };
     refused(&short, 500, "a wave");
     let graph = |height: &dyn Fn(&[Vec3]) -> Vec<f64>, word: &str| {
         let message = generate_graph([2.0, 2.0], height, 500, 1).unwrap_err().to_string();
@@ -326,9 +327,9 @@ fn impossible_wishes_are_refused_with_a_reason() {
     };
     graph(&|p| p.iter().map(|p| p.x.ln()).collect(), "z = NaN at x = -1, y = -1");
     graph(&|p| p.iter().map(|p| 30.0 * p.y).collect(), "slope");
-    refused(&Shape::Annulus { inner: 2.0, outer: 2.0 }, 500, "inner = 2");
-    refused(&Shape::Annulus { inner: 1e-3, outer: 2.0 }, 500, "inner boundary");
-    refused(&Shape::Rectangle { width: 1.0, height: 1e-3 }, 500, "shorter side");
+    refused(&SheetShape::Annulus { inner: 2.0, outer: 2.0 }, 500, "inner = 2");
+    refused(&SheetShape::Annulus { inner: 1e-3, outer: 2.0 }, 500, "inner boundary");
+    refused(&SheetShape::Rectangle { width: 1.0, height: 1e-3 }, 500, "shorter side");
     refused(&DISC, 0, "more vertices");
     refused(&DISC, 10, "more vertices");
     refused(&BALL, 8, "more vertices");
@@ -354,9 +355,9 @@ fn small_meshes_are_made_or_refused_but_never_break() {
 
 #[test]
 fn a_shape_reads_from_a_scene() {
-    let shape: Shape = toml::from_str("shape = \"disc\"\nradius = 100.0").unwrap();
+    let shape: SheetShape = toml::from_str("shape = \"disc\"\nradius = 100.0").unwrap();
     assert_eq!(shape, DISC);
     let wrong =
-        toml::from_str::<Shape>("shape = \"disc\"\nradius = 1.0\nradios = 2.0").unwrap_err();
+        toml::from_str::<SheetShape>("shape = \"disc\"\nradius = 1.0\nradios = 2.0").unwrap_err();
     assert!(wrong.to_string().contains("radios"), "{wrong}");
 }

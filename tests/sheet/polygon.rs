@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use rumple::sheet::{MeshReport, Shape, Sheet, generate};
+use rumple::sheet::{MeshReport, Sheet, SheetShape, generate};
 
 type Ring = Vec<[f64; 2]>;
 /// Name, outline, holes, vertices, whether corners are kept, least and mean quality.
@@ -34,8 +34,8 @@ fn star(tips: usize, inner: f64) -> Ring {
     (0..2 * tips).map(|k| [radius(k) * angle(k).cos(), radius(k) * angle(k).sin()]).collect()
 }
 
-fn shape(points: &Ring, holes: &[Ring]) -> Shape {
-    Shape::Polygon { points: points.clone(), holes: holes.to_vec() }
+fn shape(points: &Ring, holes: &[Ring]) -> SheetShape {
+    SheetShape::Polygon { points: points.clone(), holes: holes.to_vec() }
 }
 
 fn area(ring: &Ring) -> f64 {

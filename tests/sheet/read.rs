@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use proptest::prelude::*;
-use rumple::sheet::{Shape, Surface, generate, read, write};
+use rumple::sheet::{SheetShape, Surface, generate, read, write};
 
 use crate::common::root;
 
@@ -102,7 +102,7 @@ fn files_of_vtkio_are_read() {
 
 #[test]
 fn a_sheet_written_as_obj_reads_back_with_the_same_bits() {
-    let sheet = generate(&Shape::Sphere { radius: 0.1, irregular: true }, 300, 2).unwrap();
+    let sheet = generate(&SheetShape::Sphere { radius: 0.1, irregular: true }, 300, 2).unwrap();
     let mut bytes = Vec::new();
     write::obj(&sheet, &mut bytes).unwrap();
     let (back, findings) = parsed(&bytes, "obj").unwrap().into_sheet().unwrap();

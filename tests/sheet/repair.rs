@@ -2,7 +2,7 @@
 
 use rumple::sheet::check::Fault;
 use rumple::sheet::repair::{RepairOptions, Repaired, repair};
-use rumple::sheet::{MeshReport, Shape, Surface, generate};
+use rumple::sheet::{MeshReport, SheetShape, Surface, generate};
 
 use super::read::parsed;
 
@@ -20,7 +20,7 @@ fn steps(repaired: &Repaired) -> String {
 }
 
 /// A sheet as a soup: every triangle with corners of its own.
-fn soup(shape: &Shape, shift: impl Fn(usize) -> f64) -> Surface {
+fn soup(shape: &SheetShape, shift: impl Fn(usize) -> f64) -> Surface {
     let sheet = generate(shape, 400, 1).unwrap();
     let mut surface = Surface::default();
     for t in sheet.triangles() {
@@ -37,7 +37,7 @@ fn soup(shape: &Shape, shift: impl Fn(usize) -> f64) -> Surface {
 
 #[test]
 fn a_soup_becomes_the_sheet_that_it_came_from() {
-    let shape = Shape::Sphere { radius: 1.0, irregular: true };
+    let shape = SheetShape::Sphere { radius: 1.0, irregular: true };
     let exact = repaired(soup(&shape, |_| 0.0));
     let report = MeshReport::new(exact.result.as_ref().unwrap());
     assert_eq!((report.vertices, report.euler_characteristic), (400, 2));
@@ -84,7 +84,7 @@ fn a_triangle_without_area_is_flipped_away() {
 
 #[test]
 fn a_sound_mesh_is_left_as_it_is() {
-    let sheet = generate(&Shape::Disc { radius: 1.0 }, 200, 1).unwrap();
+    let sheet = generate(&SheetShape::Disc { radius: 1.0 }, 200, 1).unwrap();
     let surface = Surface {
         points: sheet.rest().to_vec(),
         triangles: sheet.triangles().to_vec(),

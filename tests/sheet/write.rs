@@ -1,7 +1,7 @@
 //! Sheets in files: every format reads back, here and in VTK.
 
 use rumple::sheet::write::{MeshFormat, mesh};
-use rumple::sheet::{Shape, Sheet, generate};
+use rumple::sheet::{Sheet, SheetShape, generate};
 
 use super::read::parsed;
 
@@ -10,7 +10,7 @@ use crate::common::path;
 const ENDINGS: [&str; 3] = ["obj", "vtu", "vtp"];
 
 fn written(sheet: &Sheet, ending: &str) -> Vec<u8> {
-    let format = MeshFormat::of(format!("a.{ending}").as_ref()).unwrap();
+    let format = MeshFormat::from_path(format!("a.{ending}").as_ref()).unwrap();
     let mut bytes = Vec::new();
     mesh(sheet, format, &mut bytes).unwrap();
     bytes
@@ -20,7 +20,8 @@ fn written(sheet: &Sheet, ending: &str) -> Vec<u8> {
 #[test]
 fn every_format_reads_back_with_the_same_bits() {
     for vertices in [100, 300, 1366, 5000] {
-        let sheet = generate(&Shape::Sphere { radius: 0.1, irregular: true }, vertices, 2).unwrap();
+        let sheet =
+            generate(&SheetShape::Sphere { radius: 0.1, irregular: true }, vertices, 2).unwrap();
         for ending in ENDINGS {
             let surface = parsed(&written(&sheet, ending), ending).unwrap();
             let (back, findings) = surface.into_sheet().unwrap();
@@ -28,8 +29,8 @@ fn every_format_reads_back_with_the_same_bits() {
             assert_eq!(back, sheet, "{ending} of {vertices}");
         }
     }
-    assert_eq!(MeshFormat::of("a.VTU".as_ref()), Some(MeshFormat::Vtu));
-    assert_eq!(MeshFormat::of("a.vtk".as_ref()), None);
+    assert_eq!(MeshFormat::from_path("a.VTU".as_ref()), Some(MeshFormat::Vtu));
+    assert_eq!(MeshFormat::from_path("a.vtk".as_ref()), None);
 }
 
 /// VTK prints sums over what it read; so do we.
@@ -39,7 +40,7 @@ fn real_vtk_reads_meshes() {
     let python = std::env::var("RUMPLE_PYTHON").expect("RUMPLE_PYTHON names the interpreter");
     let script = path("tests/scripts/digest_mesh.py");
     let folder = tempfile::tempdir().unwrap();
-    let sheet = generate(&Shape::Disc { radius: 1.0 }, 20_000, 1).unwrap();
+    let sheet = generate(&SheetShape::Disc { radius: 1.0 }, 20_000, 1).unwrap();
     let mut hasher = <sha2::Sha256 as sha2::Digest>::new();
     for p in sheet.rest() {
         [p.x, p.y, p.z].iter().for_each(|x| sha2::Digest::update(&mut hasher, x.to_le_bytes()));

@@ -33,7 +33,7 @@ impl EffectSpec for Indenter {
         let (ramp, area) = (RampFactor::new(self.ramp.as_ref())?, lumped_areas(context.sheet));
         let vertices = (0..).take(area.len()).map(|i| [i]).collect();
         let ball = Elements::new("indenter", context.sheet, vertices, move |now, i| Ball {
-            centre: centre + ramp.at(now.time) * displacement,
+            centre: centre + ramp.factor_at(now.time) * displacement,
             radius,
             weight: stiffness * area[i] / (2.0 * radius * radius),
         });
@@ -73,7 +73,7 @@ pub fn main() -> std::process::ExitCode {
 #[test]
 fn derivatives_are_right() {
     let scene = rumple::scene::Scene::parse(include_str!("../plate.toml"), "plate", &[]).unwrap();
-    let sheet = rumple::sheet::generate(&rumple::sheet::Shape::Disc { radius: 9.0 }, 200, 1);
+    let sheet = rumple::sheet::generate(&rumple::sheet::SheetShape::Disc { radius: 9.0 }, 200, 1);
     let report = rumple::kit::examine(scene.effects[3].as_ref(), &sheet.unwrap().into(), None);
     assert_eq!(report.unwrap().faults, Vec::<String>::new());
 }

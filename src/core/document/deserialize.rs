@@ -231,7 +231,7 @@ impl Payload {
             Some(node) => Ok((name, node)),
             None => {
                 let message = format!("{name} needs a value");
-                Err(DocumentError::at(place, message).help(format!("write {{ {name} = … }}")))
+                Err(DocumentError::located(place, message).help(format!("write {{ {name} = … }}")))
             }
         }
     }
@@ -245,7 +245,7 @@ impl<'de> VariantAccess<'de> for Payload {
             None => Ok(()),
             Some(node) => {
                 let name = self.key.name;
-                Err(DocumentError::at(node.place, format!("{name} takes no value"))
+                Err(DocumentError::located(node.place, format!("{name} takes no value"))
                     .help(format!("write {name:?} alone")))
             }
         }

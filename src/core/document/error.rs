@@ -39,7 +39,7 @@ impl DocumentError {
     }
 
     /// A problem in plain words at a known place.
-    pub fn at(place: Place, message: impl Display) -> Self {
+    pub fn located(place: Place, message: impl Display) -> Self {
         Self::new(What::Custom(message.to_string())).placed(&place)
     }
 

@@ -38,8 +38,8 @@ use super::field::named;
 use super::ramp::RampFactor;
 use super::timed_field;
 use super::{
-    Effect, EffectContext, EffectError, EffectSpec, Element, Elements, Fibre, Field, HessianPart,
-    Ramp, Values, VertexField,
+    Effect, EffectContext, EffectError, EffectSpec, Element, Elements, Fibre, Field, FieldValues,
+    HessianPart, Ramp, VertexField,
 };
 use crate::Vec3;
 use crate::geometry::Conditions;
@@ -103,7 +103,7 @@ crate::register_kind!(dyn EffectSpec, "active-tension", ActiveTension);
 fn given(
     sheet: &Sheet,
     unit_tensions: Vec<Pull>,
-    values: &Values,
+    values: &FieldValues,
     factor: RampFactor,
 ) -> Elements<3, Pull> {
     let mut pulls = unit_tensions;
@@ -111,8 +111,9 @@ fn given(
         *pull = pull.times(mean(corners, |v| values.at(v)));
     }
     let applied = factor.largest() * largest_force(sheet, &pulls);
-    let make =
-        move |conditions: &Conditions<'_>, t: usize| pulls[t].times(factor.at(conditions.time));
+    let make = move |conditions: &Conditions<'_>, t: usize| {
+        pulls[t].times(factor.factor_at(conditions.time))
+    };
     Elements::new("active-tension", sheet, sheet.triangles().to_vec(), make)
         .with_applied_force(applied)
 }
@@ -129,7 +130,7 @@ fn by_formula(
     let of = Arc::clone(&shared);
     let make = move |conditions: &Conditions<'_>, into: &mut Vec<Pull>| {
         let (unit_tensions, field, factor) = &*of;
-        let (factor, values) = (factor.at(conditions.time), field.at(conditions));
+        let (factor, values) = (factor.factor_at(conditions.time), field.evaluate(conditions));
         let all = unit_tensions.iter().zip(conditions.sheet.triangles());
         into.extend(
             all.map(|(unit, corners)| unit.times(factor * mean(corners, |v| values.at(v)))),
@@ -141,7 +142,8 @@ fn by_formula(
         let of = Arc::clone(&shared);
         elements.reading(species, move |conditions| {
             let (unit_tensions, field, factor) = &*of;
-            let (third, slopes) = (factor.at(conditions.time) / 3.0, field.slopes(conditions));
+            let (third, slopes) =
+                (factor.factor_at(conditions.time) / 3.0, field.slopes(conditions));
             let all = unit_tensions.iter().zip(conditions.sheet.triangles());
             all.map(|(unit, corners)| corners.map(|v| unit.times(third * slopes[k][v as usize])))
                 .collect()

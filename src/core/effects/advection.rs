@@ -214,7 +214,7 @@ impl Transport for CellAdvection {
         });
         let shown: &AdvectionOperator = operator;
         let bound = parallel::max(shown.area.len(), |i| {
-            let around = sheet.vertex_edges().of(i).iter();
+            let around = sheet.vertex_edges().entries(i).iter();
             let mut own = 0.0;
             let mut row = 0.0;
             for &(e, j) in around {
@@ -230,7 +230,7 @@ impl Transport for CellAdvection {
     fn add_rate(&self, sheet: &Sheet, operator: &AdvectionOperator, c: &[f64], out: &mut [f64]) {
         parallel::update(out, |i, rate| {
             let mine = c[i] * self.density_per_value(operator, i);
-            let around = sheet.vertex_edges().of(i).iter();
+            let around = sheet.vertex_edges().entries(i).iter();
             let flow: f64 = around
                 .map(|&(e, j)| {
                     let [own, other] = self.inflow_shares(sheet, &operator.flux, e as usize, i);
@@ -255,7 +255,7 @@ impl Transport for CellAdvection {
         for i in 0..sheet.vertex_count() {
             let value_area = self.value_area(operator, i);
             let mut diagonal = 0.0;
-            for &(e, j) in sheet.vertex_edges().of(i) {
+            for &(e, j) in sheet.vertex_edges().entries(i) {
                 let [own, other] = self.inflow_shares(sheet, &operator.flux, e as usize, i);
                 diagonal += own;
                 emit(
@@ -338,7 +338,7 @@ impl CellAdvection {
             }
             let slope = -density[i] / area;
             let mut own = 0.0;
-            for &(e, j) in sheet.vertex_edges().of(i) {
+            for &(e, j) in sheet.vertex_edges().entries(i) {
                 let j = j as usize;
                 let [mine, _] = self.inflow_shares(sheet, &operator.flux, e as usize, i);
                 let [_, theirs] = self.inflow_shares(sheet, &operator.flux, e as usize, j);

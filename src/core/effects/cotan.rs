@@ -2,8 +2,8 @@
 //!
 //! Equation and reference: see the files `diffusion.rs`, `cross_diffusion.rs` and, along fibres, `fibre_diffusion.rs`.
 
-use super::fibre_diffusion::AlongFibres;
-use super::{Measure, Transport, Values};
+use super::fibre_diffusion::AnisotropicDiffusivity;
+use super::{FieldValues, Measure, Transport};
 use crate::Vec3;
 use crate::geometry::sum_at_corners;
 use crate::parallel;
@@ -28,7 +28,7 @@ pub struct Cotan {
     /// D of the triangles where it differs, which then is part of the operator; else empty.
     varying: Vec<f64>,
     /// Fibres along which D is another; D is that across them then.
-    fibres: Option<AlongFibres>,
+    fibres: Option<AnisotropicDiffusivity>,
     measure: Measure,
     /// Lumped areas at rest; of amounts only.
     rest_area: Vec<f64>,
@@ -53,7 +53,7 @@ impl CotanOperator {
         &mut self,
         sheet: &Sheet,
         x: &[Vec3],
-        (varying, fibres): (&[f64], Option<&AlongFibres>),
+        (varying, fibres): (&[f64], Option<&AnisotropicDiffusivity>),
     ) {
         let triangles = sheet.triangles();
         self.weight.resize(sheet.edges().len(), 0.0);
@@ -92,7 +92,7 @@ impl CotanOperator {
         self.bound = 2.0
             * parallel::max(sheet.reduction().owned(area.len()), |i| {
                 let row: f64 =
-                    neighbours.of(i).iter().map(|&(e, _)| weight[e as usize].abs()).sum();
+                    neighbours.entries(i).iter().map(|&(e, _)| weight[e as usize].abs()).sum();
                 row / area[i]
             });
     }
@@ -116,35 +116,35 @@ impl Cotan {
     pub fn new(
         sheet: &Sheet,
         species: usize,
-        coefficient: impl Into<Values>,
+        coefficient: impl Into<FieldValues>,
         measure: Measure,
         frozen: bool,
     ) -> Self {
-        Self::of(sheet, species, (coefficient.into(), None), measure, frozen)
+        Self::build(sheet, species, (coefficient.into(), None), measure, frozen)
     }
 
     /// With another coefficient along fibres than the one `across`.
     pub(super) fn along(
         sheet: &Sheet,
         species: usize,
-        (across, fibres): (&Values, AlongFibres),
+        (across, fibres): (&FieldValues, AnisotropicDiffusivity),
         measure: Measure,
         frozen: bool,
     ) -> Self {
         let each = (0..sheet.triangle_count()).map(|t| across.at(t)).collect();
-        Self::of(sheet, species, (Values::Each(each), Some(fibres)), measure, frozen)
+        Self::build(sheet, species, (FieldValues::Each(each), Some(fibres)), measure, frozen)
     }
 
-    fn of(
+    fn build(
         sheet: &Sheet,
         species: usize,
-        (coefficient, fibres): (Values, Option<AlongFibres>),
+        (coefficient, fibres): (FieldValues, Option<AnisotropicDiffusivity>),
         measure: Measure,
         frozen: bool,
     ) -> Self {
         let (coefficient, varying) = match coefficient {
-            Values::Same(coefficient) => (coefficient, Vec::new()),
-            Values::Each(all) => (1.0, all),
+            FieldValues::Same(coefficient) => (coefficient, Vec::new()),
+            FieldValues::Each(all) => (1.0, all),
         };
         // Without diffusion nothing needs to follow the shape.
         let frozen = frozen || coefficient == 0.0;
@@ -197,13 +197,13 @@ impl Transport for Cotan {
     }
 
     /// Of fibres the least of D along and across them.
-    fn diffusivity(&self) -> Option<Values> {
+    fn diffusivity(&self) -> Option<FieldValues> {
         let least = |(t, across): (usize, &f64)| {
             across + self.fibres.as_ref().map_or(0.0, |fibres| fibres.excess(t).min(0.0))
         };
         Some(match self.varying.is_empty() {
-            true => Values::Same(self.coefficient),
-            false => Values::Each(self.varying.iter().enumerate().map(least).collect()),
+            true => FieldValues::Same(self.coefficient),
+            false => FieldValues::Each(self.varying.iter().enumerate().map(least).collect()),
         })
     }
 
@@ -234,7 +234,7 @@ impl Transport for Cotan {
         match self.measure {
             Measure::Concentration => parallel::update(out, |i, rate| {
                 let flow: f64 = neighbours
-                    .of(i)
+                    .entries(i)
                     .iter()
                     .map(|&(e, j)| weight[e as usize] * (c[j as usize] - c[i]))
                     .sum();
@@ -244,7 +244,7 @@ impl Transport for Cotan {
                 let density = |i: usize| c[i] * rest[i] / area[i];
                 parallel::update(out, |i, rate| {
                     let flow: f64 = neighbours
-                        .of(i)
+                        .entries(i)
                         .iter()
                         .map(|&(e, j)| weight[e as usize] * (density(j as usize) - density(i)))
                         .sum();
@@ -273,7 +273,7 @@ impl Transport for Cotan {
                 Measure::Amount => (self.rest_area[i], &|j| self.rest_area[j] / area[j]),
             };
             let mut diagonal = 0.0;
-            for &(e, j) in neighbours.of(i) {
+            for &(e, j) in neighbours.entries(i) {
                 let flow = self.coefficient * weight[e as usize] / per;
                 emit(i, j as usize, flow * density(j as usize));
                 diagonal -= flow;
@@ -327,7 +327,7 @@ impl Transport for Cotan {
                     if amount {
                         let slope = -density(i) / area[i];
                         let mut own = 0.0;
-                        for &(edge, j) in neighbours.of(i) {
+                        for &(edge, j) in neighbours.entries(i) {
                             let flow = self.coefficient * weight[edge as usize] * slope;
                             emit(j as usize, v[m], (flow / per(j as usize)) * third_slope);
                             own -= flow;

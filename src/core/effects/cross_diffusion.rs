@@ -20,7 +20,9 @@ use serde::{Deserialize, Serialize};
 
 use super::cotan::Cotan;
 use super::field::named;
-use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Needs, TransportTerm, Values};
+use super::{
+    Effect, EffectContext, EffectError, EffectSpec, Field, FieldValues, Needs, TransportTerm,
+};
 use crate::kinetics::Location;
 
 /// Parameters of cross-diffusion in a scene.
@@ -78,12 +80,12 @@ impl EffectSpec for CrossDiffusion {
             );
         }
         let (sheet, measure) = (context.sheet, context.measure);
-        let of = |coefficient: Values| {
+        let of = |coefficient: FieldValues| {
             TransportTerm::new(Cotan::new(sheet, species, coefficient, measure, false).reading(by))
         };
         let formula = context.coefficient_of_species(&self.coefficient, location)?;
         Ok(Effect::transport_term(match formula {
-            Some(formula) => of(Values::Same(1.0)).with_coefficient(formula),
+            Some(formula) => of(FieldValues::Same(1.0)).with_coefficient(formula),
             None => of(context.values(&self.coefficient, Location::Face, "coefficient")?),
         }))
     }

@@ -41,12 +41,12 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::cotan::Cotan;
-use super::fibre_diffusion::AlongFibres;
+use super::fibre_diffusion::AnisotropicDiffusivity;
 use super::field::named;
 use super::green_gauss::GreenGauss;
 use super::{
-    Effect, EffectContext, EffectError, EffectSpec, Fibre, Field, Measure, Needs, TransportTerm,
-    Values,
+    Effect, EffectContext, EffectError, EffectSpec, Fibre, Field, FieldValues, Measure, Needs,
+    TransportTerm,
 };
 use crate::kinetics::Location;
 use crate::kinetics::formula::SpeciesFormula;
@@ -146,7 +146,7 @@ impl EffectSpec for Diffusion {
         }
         let given = self.coefficient.as_ref();
         let given = given.map(|field| context.values(field, Location::Face, "coefficient"));
-        let coefficient = given.transpose()?.unwrap_or(Values::Same(usual));
+        let coefficient = given.transpose()?.unwrap_or(FieldValues::Same(usual));
         let fitting = match location {
             Location::Vertex => DiffusionScheme::Cotan,
             Location::Face | Location::Edge => DiffusionScheme::GreenGauss,
@@ -186,7 +186,7 @@ type Directed<'a> = (&'a Fibre, &'a Field<NonNegative>, &'a Field<NonNegative>);
 impl Diffusion {
     /// Of a species with a coefficient, that of the law if none is given, along the current shape.
     #[must_use]
-    pub fn of(species: impl Into<String>, coefficient: Option<Field<NonNegative>>) -> Self {
+    pub fn new(species: impl Into<String>, coefficient: Option<Field<NonNegative>>) -> Self {
         Self {
             species: species.into(),
             coefficient,
@@ -240,7 +240,7 @@ impl Diffusion {
         let along = context.values(along, Location::Face, "along")?;
         let across = context.values(across, Location::Face, "across")?;
         let fibres = fibre.in_triangles(context)?;
-        let fibres = AlongFibres::new(context.sheet, &fibres, &along, &across);
+        let fibres = AnisotropicDiffusivity::new(context.sheet, &fibres, &along, &across);
         let (measure, rest) = (context.measure, self.metric == DiffusionMetric::Rest);
         let scheme = Cotan::along(context.sheet, species, (&across, fibres), measure, rest);
         Ok(Effect::transport(scheme))
@@ -251,14 +251,14 @@ impl Diffusion {
         &self,
         context: &EffectContext<'_>,
         species: usize,
-        coefficient: &Values,
+        coefficient: &FieldValues,
     ) -> Result<Effect, EffectError> {
         if context.measure == Measure::Amount {
             let message = "the Green-Gauss scheme does not conserve amounts".into();
             let help = "use kinetics.location = \"vertex\" with measure = \"amount\"";
             return refuse("scheme", message, help);
         }
-        let Values::Same(coefficient) = *coefficient else {
+        let FieldValues::Same(coefficient) = *coefficient else {
             let message = "the Green-Gauss scheme has one coefficient".into();
             let help = "give a number, or use kinetics.location = \"vertex\"";
             return refuse("coefficient", message, help);

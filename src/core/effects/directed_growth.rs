@@ -22,7 +22,7 @@ use crate::num::checked::Finite;
 /// Parameters in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct DirectedGrowth {
+pub struct LawGrowthDirectionSpec {
     /// The direction.
     pub fibre: Fibre,
     /// The exponent p of growth across it; 0 without one.
@@ -31,7 +31,7 @@ pub struct DirectedGrowth {
 }
 
 #[typetag::serialize(name = "directed-growth")]
-impl EffectSpec for DirectedGrowth {
+impl EffectSpec for LawGrowthDirectionSpec {
     fn needs(&self) -> Needs {
         Needs { species: true, ..Needs::default() }
     }
@@ -71,7 +71,7 @@ impl EffectSpec for DirectedGrowth {
     }
 }
 
-crate::register_kind!(dyn EffectSpec, "directed-growth", DirectedGrowth);
+crate::register_kind!(dyn EffectSpec, "directed-growth", LawGrowthDirectionSpec);
 
 /// How the length factor of a law acts at every edge.
 #[derive(Debug, Clone)]

@@ -63,7 +63,7 @@ pub(super) fn evaluate<'e, const K: usize, E: Element<K> + 'e>(
     });
     if let Some(gradient) = gradient {
         parallel::update(gradient, |i, g| {
-            for &(e, k) in mesh.incident.of(i) {
+            for &(e, k) in mesh.incident.entries(i) {
                 *g += pull[e as usize][k as usize];
             }
         });
@@ -116,7 +116,7 @@ pub(super) fn add_blocks<const K: usize>(
 /// ```
 /// # use rumple_core as rumple;
 /// use rumple::effects::{Block, Element, Elements, HessianPart};
-/// # use rumple::{Vec3, sheet::{Shape, generate}};
+/// # use rumple::{Vec3, sheet::{SheetShape, generate}};
 ///
 /// /// A spring of length 0: `u = k/2 |x_1 - x_0|²`.
 /// struct Spring {
@@ -135,7 +135,7 @@ pub(super) fn add_blocks<const K: usize>(
 ///     }
 /// }
 ///
-/// # let sheet = generate(&Shape::Disc { radius: 1.0 }, 100, 1)?;
+/// # let sheet = generate(&SheetShape::Disc { radius: 1.0 }, 100, 1)?;
 /// let edges = sheet.edges().iter().map(|edge| edge.vertices).collect();
 /// let springs = Elements::new("springs", &sheet, edges, |_, _| Spring { stiffness: 2.0 });
 /// # Ok::<(), rumple::sheet::SheetError>(())
@@ -188,7 +188,7 @@ impl<const K: usize, E: Element<K>> Elements<K, E> {
         });
         let incident = Incidence::new(sheet.vertex_count(), triples);
         let near = |a: u32, b: u32| {
-            a == b || sheet.vertex_edges().of(a as usize).iter().any(|&(_, j)| j == b)
+            a == b || sheet.vertex_edges().entries(a as usize).iter().any(|&(_, j)| j == b)
         };
         let adjacent = |c: &[u32; K]| c.iter().all(|a| c.iter().all(|b| near(*a, *b)));
         let coupling = if K < 2 {

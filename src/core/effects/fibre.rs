@@ -104,7 +104,7 @@ impl Fibre {
 
     /// The directions at triangles or edges with these centres, of any length; `vertices` and `triangles` of each make up
     /// its value of an array.
-    fn at(
+    fn directions_at(
         &self,
         context: &EffectContext<'_>,
         centres: &[Vec3],
@@ -149,7 +149,7 @@ impl Fibre {
         let centres: Vec<Vec3> = edges.iter().map(|edge| sheet.place_of(&edge.vertices)).collect();
         let sides = |e: usize| edges[e].triangles.into_iter().filter(|t| *t != Edge::NONE);
         let ends = |e: usize| edges[e].vertices.to_vec();
-        let directions = self.at(context, &centres, ends, |e| sides(e).collect())?;
+        let directions = self.directions_at(context, &centres, ends, |e| sides(e).collect())?;
         let mut angles = vec![[0.0; 2]; edges.len()];
         parallel::fill(&mut angles, |e| {
             let [a, b] = edges[e].vertices.map(|v| rest[v as usize]);
@@ -174,7 +174,8 @@ impl Fibre {
         let sheet = context.sheet;
         let centres = sheet.triangle_places();
         let corners = |t: usize| sheet.triangles()[t].to_vec();
-        let directions = self.at(context, &centres, corners, |t| vec![crate::num::index(t)])?;
+        let directions =
+            self.directions_at(context, &centres, corners, |t| vec![crate::num::index(t)])?;
         let mut fibres = vec![Vec3::zeros(); directions.len()];
         parallel::fill(&mut fibres, |t| {
             in_plane(&directions[t], &normal(sheet, t)).map_or(Vec3::zeros(), Unit::into_inner)
@@ -191,7 +192,7 @@ fn of_components(components: &[Field; 3], points: &[Vec3]) -> Result<Vec<Vec3>, 
             Field::Number(value) => vec![value.get(); points.len()],
             Field::Formula(text) => FieldFormula::new(text, false)
                 .map_err(|e| EffectError { key: "fibre", message: e.message, help: e.help })?
-                .at(points, 0.0),
+                .evaluate(points, 0.0),
             Field::Array { .. } | Field::Regions { .. } => {
                 return Err(EffectError {
                     key: "fibre",

@@ -15,14 +15,14 @@
 //! the stiffness of linear elements, so that totals are conserved. Weights may be negative where D_∥ and D_⊥ differ: c ≥ 0 is then not kept
 //! on every mesh.
 
-use super::Values;
+use super::FieldValues;
 use super::fibre::shape_slopes;
 use crate::Vec3;
 use crate::sheet::Sheet;
 
 /// Fibres with what D along them exceeds D across by.
 #[derive(Debug)]
-pub struct AlongFibres {
+pub struct AnisotropicDiffusivity {
     triangles: Vec<Fibre>,
 }
 
@@ -34,9 +34,14 @@ struct Fibre {
     slope: [f64; 3],
 }
 
-impl AlongFibres {
+impl AnisotropicDiffusivity {
     /// On `sheet`, with the unit vectors `fibres` in its triangles at rest.
-    pub(super) fn new(sheet: &Sheet, fibres: &[Vec3], along: &Values, across: &Values) -> Self {
+    pub(super) fn new(
+        sheet: &Sheet,
+        fibres: &[Vec3],
+        along: &FieldValues,
+        across: &FieldValues,
+    ) -> Self {
         let of = |(t, fibre): (usize, &Vec3)| Fibre {
             excess: along.at(t) - across.at(t),
             slope: shape_slopes(sheet, t, fibre),

@@ -48,14 +48,14 @@ pub enum Field<N = Finite> {
         /// The number outside of all of them.
         default: N,
         /// The regions; a later one overrides an earlier one.
-        regions: Vec<Part<N>>,
+        regions: Vec<RegionValue<N>>,
     },
 }
 
 /// A region with its number.
 #[derive(Debug, Clone, PartialEq, Serialize, DeriveDeserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Part<N> {
+pub struct RegionValue<N> {
     /// Which vertices or triangles.
     #[serde(rename = "where")]
     pub region: Region,
@@ -65,20 +65,20 @@ pub struct Part<N> {
 
 /// The values of a field on a sheet.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Values {
+pub enum FieldValues {
     /// The same everywhere.
     Same(f64),
     /// One for each vertex, edge or triangle.
     Each(Vec<f64>),
 }
 
-impl From<f64> for Values {
+impl From<f64> for FieldValues {
     fn from(value: f64) -> Self {
         Self::Same(value)
     }
 }
 
-impl Values {
+impl FieldValues {
     /// The value at number `i`.
     #[must_use]
     #[inline(always)]
@@ -133,7 +133,7 @@ impl Values {
 }
 
 /// The number, or the smallest and the largest.
-impl fmt::LowerExp for Values {
+impl fmt::LowerExp for FieldValues {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (least, most) = (self.smallest(), self.largest());
         fmt::LowerExp::fmt(&least, f)?;
@@ -165,9 +165,9 @@ impl<N: Checked> Field<N> {
         sheet: &Sheet,
         read: Option<&ReadSurface<'_>>,
         key: &'static str,
-    ) -> Result<Values, EffectError> {
+    ) -> Result<FieldValues, EffectError> {
         let values = match self {
-            Self::Number(value) => return Ok(Values::Same(value.value())),
+            Self::Number(value) => return Ok(FieldValues::Same(value.value())),
             Self::Formula(text) => {
                 let formula = formula_on(sheet, text, false);
                 let formula =
@@ -178,7 +178,7 @@ impl<N: Checked> Field<N> {
                 .map_err(|(message, help)| EffectError { key, message, help })?,
             Self::Regions { default, regions } => {
                 let mut values = vec![default.value(); count(place, sheet)];
-                for (k, Part { region, value }) in regions.iter().enumerate() {
+                for (k, RegionValue { region, value }) in regions.iter().enumerate() {
                     let chosen = match place {
                         Location::Vertex => region.choose(sheet, "region"),
                         _ => region.choose_triangles(sheet, "region"),
@@ -195,7 +195,7 @@ impl<N: Checked> Field<N> {
             }
         };
         match values.iter().position(|value| N::checked(*value).is_none()) {
-            None => Ok(Values::Each(values)),
+            None => Ok(FieldValues::Each(values)),
             Some(i) => {
                 let point = match place {
                     Location::Vertex => sheet.places()[i],
@@ -274,8 +274,10 @@ pub fn formula_values(
 ) -> Vec<f64> {
     let distances = distances(sheet, place, formula.depends_on_distance());
     match place {
-        Location::Vertex => formula.at(Places::with_distances(sheet.places(), distances), time),
-        _ => formula.at(Places::with_distances(&sheet.triangle_places(), distances), time),
+        Location::Vertex => {
+            formula.evaluate(Places::with_distances(sheet.places(), distances), time)
+        }
+        _ => formula.evaluate(Places::with_distances(&sheet.triangle_places(), distances), time),
     }
 }
 
@@ -358,14 +360,14 @@ struct Table<N> {
     file: Option<PathBuf>,
     array: Option<String>,
     default: Option<N>,
-    regions: Option<Vec<Part<N>>>,
+    regions: Option<Vec<RegionValue<N>>>,
 }
 
 impl<N> Field<N> {
     /// The field of what a table has of its four keys.
     pub(crate) fn of_keys<E: Error>(
         of_file: (Option<PathBuf>, Option<String>),
-        by_region: (Option<N>, Option<Vec<Part<N>>>),
+        by_region: (Option<N>, Option<Vec<RegionValue<N>>>),
     ) -> Result<Self, E> {
         match (of_file, by_region) {
             ((Some(file), Some(array)), (None, None)) => Ok(Self::Array { file, array }),

@@ -15,7 +15,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::field::named;
-use super::{EffectContext, EffectError, Field, Values};
+use super::{EffectContext, EffectError, Field, FieldValues};
 use crate::kinetics::Location;
 use crate::num::checked::{NonNegative, Positive};
 
@@ -60,16 +60,16 @@ impl FlowRule {
         keys: &Keys,
     ) -> Result<Flow, EffectError> {
         let sheet = context.sheet;
-        let means = |values: Values| match values {
-            Values::Same(value) => Values::Same(value),
-            Values::Each(all) => {
+        let means = |values: FieldValues| match values {
+            FieldValues::Same(value) => FieldValues::Same(value),
+            FieldValues::Each(all) => {
                 let mean = |[a, b]: [u32; 2]| 0.5 * (all[a as usize] + all[b as usize]);
-                Values::Each(sheet.edges().iter().map(|edge| mean(edge.vertices)).collect())
+                FieldValues::Each(sheet.edges().iter().map(|edge| mean(edge.vertices)).collect())
             }
         };
         let time = means(context.values(&self.time, Location::Vertex, keys.time)?);
         let threshold = match &self.threshold {
-            None => Values::Same(0.0),
+            None => FieldValues::Same(0.0),
             Some(field) => means(context.values(field, Location::Vertex, keys.threshold)?),
         };
         Ok(Flow { fluidity: time.map(|time| 1.0 / time), threshold })
@@ -80,9 +80,9 @@ impl FlowRule {
 #[derive(Debug, Clone)]
 pub(super) struct Flow {
     /// 1/τ.
-    fluidity: Values,
+    fluidity: FieldValues,
     /// y.
-    threshold: Values,
+    threshold: FieldValues,
 }
 
 impl Flow {

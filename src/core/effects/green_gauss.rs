@@ -125,7 +125,7 @@ impl GreenGaussOperator {
         let steepest = |t: usize| 2.0 * normal[t].iter().map(Vec3::norm).fold(0.0, f64::max);
         let mut around = vec![0.0; sheet.vertex_count()];
         parallel::fill(&mut around, |i| {
-            incident.of(i).iter().map(|&(t, _)| steepest(t as usize)).fold(0.0, f64::max)
+            incident.entries(i).iter().map(|&(t, _)| steepest(t as usize)).fold(0.0, f64::max)
         });
         self.bound = parallel::max(normal.len(), |t| {
             (0..3).map(|k| normal[t][k].norm() * around[triangles[t][k] as usize]).sum()
@@ -184,14 +184,14 @@ impl Transport for GreenGauss {
                     self.coefficient * (edge_normal[t][(k + 1) % 3] + edge_normal[t][(k + 2) % 3]);
                 let v = corners[k] as usize;
                 let outer = outer - conormal[v] * conormal[v].dot(&outer);
-                for &(f, own) in around.of(v) {
+                for &(f, own) in around.entries(v) {
                     let f = f as usize;
                     let share = average.share(f, own as usize, v);
                     for m in 0..3 {
                         let normal = edge_normal[f][(m + 1) % 3] + edge_normal[f][(m + 2) % 3];
                         let slope = share * outer.dot(&normal);
                         let w = triangles[f][m] as usize;
-                        for &(g, own) in around.of(w) {
+                        for &(g, own) in around.entries(w) {
                             let share = average.share(g as usize, own as usize, w);
                             emit(t, g as usize, slope * share);
                         }

@@ -239,7 +239,7 @@ fn at_edges(
     sheet: &Sheet,
     time: f64,
 ) -> Vec<f64> {
-    let values = field.at(sheet, time);
+    let values = field.evaluate(sheet, time);
     let at = |v: u32| if inside[v as usize] { values.at(v as usize) } else { outside };
     let edges = sheet.edges();
     let mut factor = vec![1.0; edges.len()];
@@ -268,7 +268,12 @@ struct Anisotropic {
 
 impl Anisotropic {
     /// g_∥, g_⊥ and s of every edge.
-    fn at(&self, sheet: &Sheet, inside: &[bool], time: f64) -> impl Fn(usize) -> [f64; 3] + Sync {
+    fn edge_factors(
+        &self,
+        sheet: &Sheet,
+        inside: &[bool],
+        time: f64,
+    ) -> impl Fn(usize) -> [f64; 3] + Sync {
         let of = |field: Option<&TimedField>, outside| {
             field.map(|field| at_edges(field, (inside, outside), sheet, time))
         };
@@ -282,7 +287,7 @@ impl Anisotropic {
 
     /// Refuses a metric that has not only positive lengths at time 0.
     fn check(&self, sheet: &Sheet, inside: &[bool]) -> Result<(), EffectError> {
-        let at = self.at(sheet, inside, 0.0);
+        let at = self.edge_factors(sheet, inside, 0.0);
         let wrong = |e: &usize| {
             let [g, h, s] = at(*e);
             !(s.abs() < g * h)
@@ -320,11 +325,11 @@ impl Factors {
         }
     }
 
-    fn at(&self, sheet: &Sheet, inside: &[bool], time: f64) -> Vec<f64> {
+    fn factors_at(&self, sheet: &Sheet, inside: &[bool], time: f64) -> Vec<f64> {
         match self {
             Self::Isotropic(factor) => at_edges(factor, (inside, 1.0), sheet, time),
             Self::Anisotropic(of) => {
-                let (at, angles) = (of.at(sheet, inside, time), &of.angles);
+                let (at, angles) = (of.edge_factors(sheet, inside, time), &of.angles);
                 let mut factor = vec![1.0; angles.len()];
                 parallel::fill(&mut factor, |e| {
                     let ([g, h, s], [square, product]) = (at(e), angles[e]);
@@ -343,7 +348,7 @@ impl LengthFactor {
         Self(if factors.depends_on_time() {
             Kind::Timed(Box::new(TimedFactor { factors, inside }))
         } else {
-            Kind::Constant(factors.at(sheet, &inside, 0.0))
+            Kind::Constant(factors.factors_at(sheet, &inside, 0.0))
         })
     }
 
@@ -361,11 +366,11 @@ impl LengthFactor {
 
     /// Its value at every edge.
     #[must_use]
-    pub fn at(&self, sheet: &Sheet, time: f64) -> Cow<'_, [f64]> {
+    pub fn at_edges(&self, sheet: &Sheet, time: f64) -> Cow<'_, [f64]> {
         match &self.0 {
             Kind::Constant(factor) if factor.len() == sheet.edges().len() => factor.into(),
             Kind::Constant(factor) => fitted(factor.clone(), sheet).into(),
-            Kind::Timed(of) => of.factors.at(sheet, &of.inside, time).into(),
+            Kind::Timed(of) => of.factors.factors_at(sheet, &of.inside, time).into(),
             Kind::Function(Function(of)) => fitted(of(sheet, time), sheet).into(),
         }
     }

@@ -21,7 +21,7 @@ use crate::sheet::Sheet;
 /// Parameters of held values in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Hold {
+pub struct DirichletSpec {
     /// Which species.
     pub species: String,
     /// Where.
@@ -33,13 +33,13 @@ pub struct Hold {
 
 /// Points of one species with the values that they have at all times.
 #[derive(Debug, Clone)]
-pub struct Held {
+pub struct DirichletValues {
     species: usize,
     /// Ascending.
     points: Vec<(usize, f64)>,
 }
 
-impl Held {
+impl DirichletValues {
     /// Number of the species in the kinetics' descriptor.
     #[must_use]
     pub fn species(&self) -> usize {
@@ -71,7 +71,7 @@ impl Held {
 }
 
 #[typetag::serialize(name = "hold")]
-impl EffectSpec for Hold {
+impl EffectSpec for DirichletSpec {
     fn name(&self) -> String {
         format!("hold of {}", self.species)
     }
@@ -100,7 +100,7 @@ impl EffectSpec for Hold {
             Location::Face | Location::Edge => held_triangles(sheet, &chosen, &value)?,
         };
         self.check_range(context, species, location, &points)?;
-        Ok(Effect { held: vec![Held { species, points }], ..Effect::default() })
+        Ok(Effect { held: vec![DirichletValues { species, points }], ..Effect::default() })
     }
 }
 
@@ -126,7 +126,7 @@ fn held_triangles(
     Ok(points)
 }
 
-impl Hold {
+impl DirichletSpec {
     /// Refuses values that the law is not valid for.
     fn check_range(
         &self,
@@ -150,4 +150,4 @@ impl Hold {
     }
 }
 
-crate::register_kind!(dyn EffectSpec, "hold", Hold);
+crate::register_kind!(dyn EffectSpec, "hold", DirichletSpec);

@@ -142,7 +142,7 @@ impl Inflow {
         let inlets = inlets.map(|(point, facets)| {
             let area = match location {
                 Location::Vertex => {
-                    let around = sheet.vertex_triangles().of(point).iter();
+                    let around = sheet.vertex_triangles().entries(point).iter();
                     (around.map(|&(t, _)| corners(t as usize)).collect(), 1.0 / 3.0)
                 }
                 Location::Face | Location::Edge => (vec![corners(point)], 1.0),

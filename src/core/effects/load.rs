@@ -29,8 +29,8 @@ use serde::{Deserialize, Serialize};
 use super::ramp::RampFactor;
 use super::timed_field::{self, TimedField};
 use super::{
-    Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, Field, ForceScales,
-    HessianPart, Measure, Needs, Ramp, Reads, Region, Values,
+    Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, Field, FieldValues,
+    ForceScales, HessianPart, Measure, Needs, Ramp, Reads, Region,
 };
 use crate::geometry::{Conditions, Shape};
 use crate::kinetics::Location;
@@ -143,7 +143,7 @@ fn spread(
     sheet: &Sheet,
     chosen: &[bool],
     force: &LoadForce,
-    fields: &[Cow<'_, Values>],
+    fields: &[Cow<'_, FieldValues>],
 ) -> (Vec<Vec3>, usize) {
     let inside = |v: &u32| chosen[*v as usize];
     let vector = |i: usize| Vec3::from_fn(|axis, _| fields[axis].at(i));
@@ -210,8 +210,8 @@ struct TimedForce {
 }
 
 impl TimedForce {
-    fn at(&self, sheet: &Sheet, time: f64) -> Vec<Vec3> {
-        let fields: Vec<_> = self.fields.iter().map(|field| field.at(sheet, time)).collect();
+    fn evaluate(&self, sheet: &Sheet, time: f64) -> Vec<Vec3> {
+        let fields: Vec<_> = self.fields.iter().map(|field| field.evaluate(sheet, time)).collect();
         spread(sheet, &self.chosen, &self.force, &fields).0
     }
 }
@@ -236,7 +236,7 @@ impl DeadLoad {
     ) -> Result<Self, EffectError> {
         let of = |field| context.timed_field(field, force.location(), "force");
         let fields: Vec<TimedField> = force.fields().iter().map(of).collect::<Result<_, _>>()?;
-        let start: Vec<_> = fields.iter().map(|field| field.at(context.sheet, 0.0)).collect();
+        let start: Vec<_> = fields.iter().map(|field| field.evaluate(context.sheet, 0.0)).collect();
         let (on, carriers) = spread(context.sheet, chosen, force, &start);
         drop(start);
         if context.sheet.reduction().any(carriers > 0) {
@@ -290,7 +290,7 @@ impl Energy for DeadLoad {
 
     fn prepare(&self, conditions: &Conditions<'_>, work: &mut Vec<Vec3>) {
         if let Some(timed) = &self.timed {
-            *work = timed.at(conditions.sheet, conditions.time);
+            *work = timed.evaluate(conditions.sheet, conditions.time);
         }
     }
 
@@ -302,7 +302,7 @@ impl Energy for DeadLoad {
     ) -> f64 {
         let force: &[Vec3] = if self.timed.is_some() { work } else { &self.force };
         let (x, rest) = (shape.x, shape.sheet.rest());
-        let factor = self.factor.at(shape.time);
+        let factor = self.factor.factor_at(shape.time);
         if let Some(gradient) = gradient {
             parallel::update(gradient, |i, g| *g -= factor * force[i]);
         }

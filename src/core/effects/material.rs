@@ -9,7 +9,7 @@
 //! triangles. What belongs to an edge or a vertex has the mean over the triangles there, weighted by rest areas, which
 //! keeps the energy of a uniform strain or curvature that of an integral over the triangles.
 
-use super::field::Values;
+use super::field::FieldValues;
 use crate::geometry::face_areas;
 use crate::sheet::{Edge, Sheet};
 
@@ -42,22 +42,23 @@ impl Material {
 #[derive(Debug, Clone, PartialEq)]
 pub struct MaterialField {
     /// Young's modulus E, stress.
-    pub young: Values,
+    pub young: FieldValues,
     /// Poisson's ratio ν.
-    pub poisson: Values,
+    pub poisson: FieldValues,
     /// Thickness h, length.
-    pub thickness: Values,
+    pub thickness: FieldValues,
 }
 
 impl From<&Material> for MaterialField {
     fn from(Material { young, poisson, thickness }: &Material) -> Self {
-        let [young, poisson, thickness] = [young, poisson, thickness].map(|c| Values::Same(*c));
+        let [young, poisson, thickness] =
+            [young, poisson, thickness].map(|c| FieldValues::Same(*c));
         Self { young, poisson, thickness }
     }
 }
 
 impl MaterialField {
-    fn constants(&self) -> [&Values; 3] {
+    fn constants(&self) -> [&FieldValues; 3] {
         [&self.young, &self.poisson, &self.thickness]
     }
 
@@ -70,62 +71,64 @@ impl MaterialField {
     /// The largest of each constant.
     #[must_use]
     pub fn largest(&self) -> Material {
-        let [young, poisson, thickness] = self.constants().map(Values::largest);
+        let [young, poisson, thickness] = self.constants().map(FieldValues::largest);
         Material { young, poisson, thickness }
     }
 
     /// The smallest of each constant.
     #[must_use]
     pub fn smallest(&self) -> Material {
-        let [young, poisson, thickness] = self.constants().map(Values::smallest);
+        let [young, poisson, thickness] = self.constants().map(FieldValues::smallest);
         Material { young, poisson, thickness }
     }
 
     /// Y of the triangles, force per length.
     #[must_use]
-    pub fn stretching_modulus(&self) -> Values {
+    pub fn stretching_modulus(&self) -> FieldValues {
         self.per_triangle(Material::stretching_modulus)
     }
 
     /// B of the triangles, energy.
     #[must_use]
-    pub fn bending_rigidity(&self) -> Values {
+    pub fn bending_rigidity(&self) -> FieldValues {
         self.per_triangle(Material::bending_rigidity)
     }
 
     /// What `of` makes of the constants of every triangle.
-    pub(crate) fn per_triangle(&self, of: impl Fn(&Material) -> f64) -> Values {
+    pub(crate) fn per_triangle(&self, of: impl Fn(&Material) -> f64) -> FieldValues {
         let at = |t: usize| {
             let [young, poisson, thickness] = self.constants().map(|values| values.at(t));
             of(&Material { young, poisson, thickness })
         };
         let count = self.constants().into_iter().find_map(|values| match values {
-            Values::Same(_) => None,
-            Values::Each(all) => Some(all.len()),
+            FieldValues::Same(_) => None,
+            FieldValues::Each(all) => Some(all.len()),
         });
-        count
-            .map_or_else(|| Values::Same(at(0)), |count| Values::Each((0..count).map(at).collect()))
+        count.map_or_else(
+            || FieldValues::Same(at(0)),
+            |count| FieldValues::Each((0..count).map(at).collect()),
+        )
     }
 }
 
 /// Means over the triangles around every vertex of what these have, weighted by rest areas.
-pub(super) fn at_vertices(values: &Values, sheet: &Sheet) -> Values {
-    let Values::Each(values) = values else { return values.clone() };
+pub(super) fn at_vertices(values: &FieldValues, sheet: &Sheet) -> FieldValues {
+    let FieldValues::Each(values) = values else { return values.clone() };
     let area = face_areas(sheet, sheet.rest());
     let mean =
-        |i: usize| mean(sheet.vertex_triangles().of(i).iter().map(|&(t, _)| t), values, &area);
-    Values::Each((0..sheet.vertex_count()).map(mean).collect())
+        |i: usize| mean(sheet.vertex_triangles().entries(i).iter().map(|&(t, _)| t), values, &area);
+    FieldValues::Each((0..sheet.vertex_count()).map(mean).collect())
 }
 
 /// Means over the triangles on both sides of the `edges` of what these have, weighted by rest areas.
-pub(super) fn at_edges(values: &Values, sheet: &Sheet, edges: &[u32]) -> Values {
-    let Values::Each(values) = values else { return values.clone() };
+pub(super) fn at_edges(values: &FieldValues, sheet: &Sheet, edges: &[u32]) -> FieldValues {
+    let FieldValues::Each(values) = values else { return values.clone() };
     let area = face_areas(sheet, sheet.rest());
     let of = |e: &u32| {
         let sides = sheet.edges()[*e as usize].triangles;
         mean(sides.into_iter().filter(|t| *t != Edge::NONE), values, &area)
     };
-    Values::Each(edges.iter().map(of).collect())
+    FieldValues::Each(edges.iter().map(of).collect())
 }
 
 /// Mean of `values` over `triangles`, weighted by `area`; 0 of none.

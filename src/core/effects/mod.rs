@@ -50,11 +50,11 @@ pub use bending::{
     Bending, BendingModel, BendingRest, BendingWeight, HingeBending, MeyerBending, RestShape,
     SPONTANEOUS_CURVATURE,
 };
-pub use contact::{Adhesion, Contacts, Obstacle, ObstacleShape, SelfContact, Side};
+pub use contact::{Adhesion, Contacts, ObstacleShape, ObstacleSpec, SelfContact, Side};
 pub use cotan::{Cotan, CotanOperator};
 pub use cross_diffusion::CrossDiffusion;
 pub use diffusion::{Diffusion, DiffusionMetric, DiffusionScheme};
-pub use directed_growth::{DirectedGrowth, DirectedLengthFactor};
+pub use directed_growth::{DirectedLengthFactor, LawGrowthDirectionSpec};
 pub use element::{Element, Elements};
 pub(crate) use energy::{AnyContact, AnyEnergy, Work};
 pub use energy::{
@@ -63,13 +63,13 @@ pub use energy::{
 };
 pub use exchange::Exchange;
 pub use fibre::Fibre;
-pub use field::{Field, Part, Values, formula_on, formula_values};
+pub use field::{Field, FieldValues, RegionValue, formula_on, formula_values};
 pub use flow_rule::FlowRule;
 pub use flux::Flux;
 pub use foundation::{Foundation, FoundationTarget};
 pub use green_gauss::GreenGauss;
 pub use growth::{Growth, LengthFactor};
-pub use hold::{Held, Hold};
+pub use hold::{DirichletSpec, DirichletValues};
 pub use inflow::FluxPer;
 pub use internal_variables::InternalVariables;
 pub use load::{DeadLoad, Load, LoadForce};

@@ -52,7 +52,7 @@ impl PrescribedDisplacement {
         let mut times = self.factor.samples(until);
         times.extend(other.factor.samples(until));
         let differ = |a: usize| {
-            let at = |one: &Self, t: f64| one.factor.at(t) * one.displacement[a];
+            let at = |one: &Self, t: f64| one.factor.factor_at(t) * one.displacement[a];
             times.iter().any(|t| {
                 let (mine, theirs) = (at(self, *t), at(other, *t));
                 (mine - theirs).abs() > 1e-12 * mine.abs().max(theirs.abs())
@@ -68,7 +68,7 @@ impl PrescribedDisplacement {
         let moved = |a: usize| self.axes[a] && self.displacement[a] != 0.0;
         let both = |v: usize| (0..3).find(|&a| moved(a) && fixed[v][a]).map(|a| (v, a));
         let shared = self.vertices.iter().find_map(|v| both(*v))?;
-        let leaves = self.factor.samples(until).iter().any(|t| self.factor.at(*t) != 0.0);
+        let leaves = self.factor.samples(until).iter().any(|t| self.factor.factor_at(*t) != 0.0);
         leaves.then_some(shared)
     }
 
@@ -81,7 +81,7 @@ impl PrescribedDisplacement {
 
     /// Sets the fixed components of `x` to where they are at `time`.
     pub fn set(&self, rest: &[Vec3], time: f64, x: &mut [Vec3]) {
-        let by = self.factor.at(time) * self.displacement;
+        let by = self.factor.factor_at(time) * self.displacement;
         for &i in &self.vertices {
             for a in (0..3).filter(|&a| self.axes[a]) {
                 x[i][a] = rest[i][a] + by[a];

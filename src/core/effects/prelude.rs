@@ -10,9 +10,9 @@ pub use typetag;
 
 pub use super::{
     Block, BlockMatrix, Contact, Coupling, Effect, EffectContext, EffectError, EffectSpec, Element,
-    Elements, Energy, Field, ForceScales, HessianPart, Interaction, InternalVariables, Material,
-    MaterialField, Measure, Needs, ParameterField, Pins, Ramp, RampFactor, RankOneTerm, Reads,
-    Region, SeparatedStart, Touching, Transport, Values, VertexField,
+    Elements, Energy, Field, FieldValues, ForceScales, HessianPart, Interaction, InternalVariables,
+    Material, MaterialField, Measure, Needs, ParameterField, Pins, Ramp, RampFactor, RankOneTerm,
+    Reads, Region, SeparatedStart, Touching, Transport, VertexField,
 };
 pub use crate::Vec3;
 pub use crate::geometry::{Conditions, Shape, lumped_areas};

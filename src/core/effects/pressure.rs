@@ -112,8 +112,8 @@ impl FollowerPressure {
     }
 
     /// With the pressure of the time.
-    fn at(&self, time: f64) -> Cone {
-        Cone { weight: self.factor.at(time) * self.cone.weight, ..self.cone }
+    fn scaled_at(&self, time: f64) -> Cone {
+        Cone { weight: self.factor.factor_at(time) * self.cone.weight, ..self.cone }
     }
 }
 
@@ -142,7 +142,7 @@ impl Energy for FollowerPressure {
         work: &mut Self::Work,
         gradient: Option<&mut [Vec3]>,
     ) -> f64 {
-        self.at(shape.time).evaluate(shape, work, gradient)
+        self.scaled_at(shape.time).evaluate(shape, work, gradient)
     }
 
     fn force_scales(&self, _: f64) -> ForceScales {
@@ -157,6 +157,6 @@ impl Energy for FollowerPressure {
         part: HessianPart,
         into: &mut BlockMatrix,
     ) {
-        self.at(shape.time).add_hessian(shape, work, part, into);
+        self.scaled_at(shape.time).add_hessian(shape, work, part, into);
     }
 }

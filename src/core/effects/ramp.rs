@@ -77,7 +77,7 @@ impl RampFactor {
                 Some(Profile::Points(points))
             }
         });
-        let start = made.at(0.0);
+        let start = made.factor_at(0.0);
         if !(start.abs() <= LARGEST) {
             return refuse(
                 format!("the ramp is {} at time 0", crate::num::Short(start)),
@@ -95,10 +95,12 @@ impl RampFactor {
 
     /// The factor at `time`.
     #[must_use]
-    pub fn at(&self, time: f64) -> f64 {
+    pub fn factor_at(&self, time: f64) -> f64 {
         match &self.0 {
             None => 1.0,
-            Some(Profile::Formula(formula)) => formula.at(&[Vec3::zeros()], time).iter().sum(),
+            Some(Profile::Formula(formula)) => {
+                formula.evaluate(&[Vec3::zeros()], time).iter().sum()
+            }
             Some(Profile::Points(points)) => {
                 let later = points.iter().position(|p| p[0] > time);
                 match later {
@@ -126,7 +128,7 @@ impl RampFactor {
             Some(Profile::Formula(formula)) => {
                 formula.time_dependence(&[Vec3::zeros()], until, &mut found);
                 let values = |times: &[f64]| {
-                    let values: Vec<f64> = times.iter().map(|time| self.at(*time)).collect();
+                    let values: Vec<f64> = times.iter().map(|time| self.factor_at(*time)).collect();
                     values.iter().all(|value| value.is_finite()).then(|| vec![values])
                 };
                 let onsets = breakpoints::sampled(until, values).unwrap_or_default();

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use super::directed_growth::DirectedLengthFactor;
 use super::energy::{Contact, Energy, EnergyTerm};
-use super::field::{Field, Values};
+use super::field::{Field, FieldValues};
 use super::growth::LengthFactor;
-use super::hold::Held;
+use super::hold::DirichletValues;
 use super::internal_variables::InternalVariables;
 use super::material::{Material, MaterialField};
 use super::pin::PrescribedDisplacement;
@@ -151,7 +151,7 @@ impl<'a> EffectContext<'a> {
         field: &Field<N>,
         place: Location,
         key: &'static str,
-    ) -> Result<Values, EffectError> {
+    ) -> Result<FieldValues, EffectError> {
         field.on(place, self.sheet, self.read, key)
     }
 
@@ -245,7 +245,7 @@ pub struct Effect {
     /// Transports of species.
     pub transports: Vec<TransportTerm>,
     /// Values of species that are held.
-    pub held: Vec<Held>,
+    pub held: Vec<DirichletValues>,
     /// Variables of its own with rates.
     pub internal: Vec<Box<dyn InternalVariables>>,
 }

@@ -14,7 +14,7 @@
 //! ```
 
 use super::field::vertex_places;
-use super::{Operator, TransportTerm, Values};
+use super::{FieldValues, Operator, TransportTerm};
 use crate::Vec3;
 use crate::kinetics::formula::SpeciesFormula;
 use crate::parallel;
@@ -45,7 +45,7 @@ impl<'a> At<'a> {
         species: &'a [&'a [f64]],
     ) -> Self {
         let places = vertex_places(sheet, formula.depends_on_distance());
-        let d = formula.at(places, 0.0, |s| species[s]);
+        let d = formula.evaluate(places, 0.0, |s| species[s]);
         Self { term, formula, species, d }
     }
 
@@ -84,13 +84,13 @@ impl TransportTerm {
     /// As [`Transport::diffusivity`](super::Transport::diffusivity), where a coefficient that reads `species` is taken in a triangle as the
     /// mean over its corners.
     #[must_use]
-    pub fn diffusivity_at(&self, sheet: &Sheet, species: &[&[f64]]) -> Option<Values> {
+    pub fn diffusivity_at(&self, sheet: &Sheet, species: &[&[f64]]) -> Option<FieldValues> {
         let factor = self.transport_diffusivity()?;
         let Some(formula) = &self.coefficient else { return Some(factor) };
         let At { d, .. } = At::new(self, formula, sheet, species);
         let mean = |corners: &[u32; 3]| corners.iter().map(|v| d[*v as usize]).sum::<f64>() / 3.0;
         let each = sheet.triangles().iter().enumerate();
-        Some(Values::Each(each.map(|(t, corners)| factor.at(t) * mean(corners)).collect()))
+        Some(FieldValues::Each(each.map(|(t, corners)| factor.at(t) * mean(corners)).collect()))
     }
 
     /// Numbers of the species that the coefficient reads.

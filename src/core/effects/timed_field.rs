@@ -9,7 +9,7 @@
 use std::borrow::Cow;
 
 use super::field::{formula_on, formula_values, noun, vertex_places};
-use super::{EffectContext, EffectError, Field, Values};
+use super::{EffectContext, EffectError, Field, FieldValues};
 use crate::kinetics::Location;
 use crate::kinetics::breakpoints::{TimeDependence, sampled};
 use crate::kinetics::formula::{self, FieldFormula, Places};
@@ -23,7 +23,7 @@ const SAMPLED_VERTICES: usize = 16;
 #[derive(Debug, Clone)]
 pub(super) enum TimedField {
     /// The same at all times.
-    Given(Values),
+    Given(FieldValues),
     /// By a formula of position and, perhaps, time.
     Formula(Box<FieldFormula>, Location),
 }
@@ -50,11 +50,11 @@ impl TimedField {
     }
 
     /// Its values at a time.
-    pub(super) fn at(&self, sheet: &Sheet, time: f64) -> Cow<'_, Values> {
+    pub(super) fn evaluate(&self, sheet: &Sheet, time: f64) -> Cow<'_, FieldValues> {
         match self {
             Self::Given(values) => Cow::Borrowed(values),
             Self::Formula(formula, place) => {
-                Cow::Owned(Values::Each(formula_values(formula, *place, sheet, time)))
+                Cow::Owned(FieldValues::Each(formula_values(formula, *place, sheet, time)))
             }
         }
     }
@@ -74,8 +74,8 @@ impl EffectContext<'_> {
         if let Field::Formula(text) = field {
             let timed = TimedField::formula(self.sheet, text, place, key)?;
             if timed.depends_on_time() {
-                let start = timed.at(self.sheet, 0.0);
-                if let Values::Each(all) = &*start
+                let start = timed.evaluate(self.sheet, 0.0);
+                if let FieldValues::Each(all) = &*start
                     && let Some(i) = all.iter().position(|value| !value.is_finite())
                 {
                     let noun = noun(place);
@@ -129,7 +129,7 @@ fn add(formula: &FieldFormula, sheet: &Sheet, until: f64, found: &mut TimeDepend
     let values = |times: &[f64]| {
         let mut columns = vec![Vec::with_capacity(times.len()); some.len()];
         for time in times {
-            let values = formula.at(Places::with_distances(&some, &distances), *time);
+            let values = formula.evaluate(Places::with_distances(&some, &distances), *time);
             columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
         }
         columns.iter().flatten().all(|value| value.is_finite()).then_some(columns)

@@ -2,7 +2,7 @@
 
 use std::any::Any;
 
-use super::Values;
+use super::FieldValues;
 use crate::Vec3;
 use crate::kinetics::formula::SpeciesFormula;
 use crate::sheet::Sheet;
@@ -35,7 +35,7 @@ pub trait Transport: Send + Sync + 'static {
 
     /// The coefficients of the triangles, length²/time, of a transport that is a coefficient times the Laplacian of the species
     /// that it reads; `None` for others.
-    fn diffusivity(&self) -> Option<Values> {
+    fn diffusivity(&self) -> Option<FieldValues> {
         None
     }
 
@@ -118,7 +118,7 @@ impl TransportTerm {
 
     /// On the shape `x`.
     #[must_use]
-    pub fn at(&self, sheet: &Sheet, x: &[Vec3]) -> Operator {
+    pub fn operator_on(&self, sheet: &Sheet, x: &[Vec3]) -> Operator {
         let mut operator = self.operator();
         self.assemble(sheet, x, &mut operator);
         operator
@@ -126,12 +126,12 @@ impl TransportTerm {
 
     /// As [`Transport::diffusivity`]; `None` of a coefficient that reads species.
     #[must_use]
-    pub fn diffusivity(&self) -> Option<Values> {
+    pub fn diffusivity(&self) -> Option<FieldValues> {
         self.transport_diffusivity().filter(|_| self.coefficient.is_none())
     }
 
     /// As [`Transport::diffusivity`], without the factor that reads species.
-    pub(super) fn transport_diffusivity(&self) -> Option<Values> {
+    pub(super) fn transport_diffusivity(&self) -> Option<FieldValues> {
         self.transport.diffusivity()
     }
 }
@@ -200,7 +200,7 @@ any_transport! {
     species() -> usize;
     read_species() -> usize;
     has_sources() -> bool;
-    diffusivity() -> Option<Values>;
+    diffusivity() -> Option<FieldValues>;
     speed_key() -> &'static str;
     flux_edges() -> Vec<[usize; 2]>;
     add_rate(sheet: &Sheet, operator: &Operator, c: &[f64], out: &mut [f64]);

@@ -10,7 +10,7 @@
 use std::borrow::Cow;
 
 use super::field::{check_distance, vertex_places};
-use super::{EffectContext, EffectError, Field, Measure, Values};
+use super::{EffectContext, EffectError, Field, FieldValues, Measure};
 use crate::geometry::Conditions;
 use crate::kinetics::Location;
 use crate::kinetics::formula::SpeciesFormula;
@@ -20,7 +20,7 @@ use crate::num::checked::Checked;
 #[derive(Debug, Clone)]
 pub enum VertexField {
     /// The same whatever the species and the time are.
-    Given(Values),
+    Given(FieldValues),
     /// By a formula of species or of the time.
     Formula(Box<SpeciesFormula>),
 }
@@ -43,13 +43,13 @@ impl VertexField {
 
     /// Its values at the vertices.
     #[must_use]
-    pub fn at(&self, conditions: &Conditions<'_>) -> Cow<'_, Values> {
+    pub fn evaluate(&self, conditions: &Conditions<'_>) -> Cow<'_, FieldValues> {
         match self {
             Self::Given(values) => Cow::Borrowed(values),
             Self::Formula(formula) => {
                 let places = vertex_places(conditions.sheet, formula.depends_on_distance());
-                let values = formula.at(places, conditions.time, |s| conditions.species(s));
-                Cow::Owned(Values::Each(values))
+                let values = formula.evaluate(places, conditions.time, |s| conditions.species(s));
+                Cow::Owned(FieldValues::Each(values))
             }
         }
     }

@@ -114,7 +114,7 @@ impl EffectSpec for Volume {
             VolumeTarget::Value(value) => value.get(),
         };
         let factor = RampFactor::new(self.ramp.as_ref())?;
-        let share = factor.at(0.0) * target / at_rest;
+        let share = factor.factor_at(0.0) * target / at_rest;
         if share > 0.0 && !SHARES.contains(&share) {
             return refuse(
                 if self.ramp.is_some() { "ramp" } else { "target" },
@@ -122,7 +122,7 @@ impl EffectSpec for Volume {
                 "between 1e-6 and 1e6 of it; a ramp leads further away",
             );
         }
-        if !(factor.at(0.0) > 0.0) {
+        if !(factor.factor_at(0.0) > 0.0) {
             return refuse(
                 "ramp",
                 "the target volume is not above 0 at time 0",
@@ -169,15 +169,15 @@ pub struct EnclosedVolume {
 
 impl EnclosedVolume {
     /// V* and `(V - V*)/V*`; neither is a number where the ramp leaves no volume.
-    fn at(&self, shape: &Shape<'_>) -> (f64, f64) {
-        let target = self.factor.at(shape.time) * self.target;
+    fn target_and_error(&self, shape: &Shape<'_>) -> (f64, f64) {
+        let target = self.factor.factor_at(shape.time) * self.target;
         let target = if target > 0.0 { target } else { f64::NAN };
         (target, (volume(shape.sheet, shape.x, self.origin) - target) / target)
     }
 
     /// Its value, and the derivative of that by V.
     fn value(&self, shape: &Shape<'_>) -> (f64, f64) {
-        let (target, excess) = self.at(shape);
+        let (target, excess) = self.target_and_error(shape);
         match self.stiffness {
             Some(stiffness) => (0.5 * stiffness * excess * excess * target, stiffness * excess),
             None => (excess, 1.0 / target),
@@ -242,7 +242,7 @@ impl Energy for EnclosedVolume {
         terms: &mut Vec<RankOneTerm>,
     ) {
         let Some(stiffness) = self.stiffness else { return };
-        let (target, _) = self.at(shape);
+        let (target, _) = self.target_and_error(shape);
         let mut direction = vec![Vec3::zeros(); shape.x.len()];
         self.cone(1.0).evaluate(shape, work, Some(&mut direction));
         terms.push(RankOneTerm { stiffness: stiffness / target, direction });

@@ -3,20 +3,20 @@
 //! As `rumple plugin validate` does for laws. [`examine`] inspects the energies, constraints, transports and internal
 //! variables of an effect on a sheet of yours, crumpled and unevenly grown; the report lists faults in words, and what
 //! the effect is invariant under or conserves, for you to compare with what it should. An effect that
-//! needs species is given some by [`examine_with`]:
+//! needs species is given some by [`examine_with_species`]:
 //!
 //! ```
 //! # use rumple_core as rumple;
 //! # use std::sync::Arc;
 //! use rumple::effects::Diffusion;
 //! use rumple::kinetics::Location;
-//! use rumple::kit::{examine_with, synthetic_law};
-//! # use rumple::sheet::{Shape, generate};
-//! # let sheet = Arc::new(generate(&Shape::Disc { radius: 3.0 }, 60, 1)?);
+//! use rumple::kit::{examine_with_species, synthetic_law};
+//! # use rumple::sheet::{SheetShape, generate};
+//! # let sheet = Arc::new(generate(&SheetShape::Disc { radius: 3.0 }, 60, 1)?);
 //!
-//! let diffusion = Diffusion::of("c", None);
+//! let diffusion = Diffusion::new("c", None);
 //! let kinetics = synthetic_law(&["c"]);
-//! let report = examine_with(&diffusion, &sheet, None, Some((&kinetics, Location::Vertex)))?;
+//! let report = examine_with_species(&diffusion, &sheet, None, Some((&kinetics, Location::Vertex)))?;
 //! assert_eq!(report.faults, Vec::<String>::new());
 //! assert!(report.conserves_totals && report.keeps_constants);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -30,9 +30,9 @@
 //! use rumple::effects::Stretching;
 //! use rumple::effects::Material;
 //! use rumple::kit::examine;
-//! # use rumple::sheet::{Shape, generate};
+//! # use rumple::sheet::{SheetShape, generate};
 //!
-//! let sheet = Arc::new(generate(&Shape::Disc { radius: 3.0 }, 60, 1)?);
+//! let sheet = Arc::new(generate(&SheetShape::Disc { radius: 3.0 }, 60, 1)?);
 //! let material = Material { young: 10.0, poisson: 0.3, thickness: 0.1 };
 //! let report = examine(&Stretching::default(), &sheet, Some(&material))?;
 //! assert_eq!(report.faults, Vec::<String>::new());
@@ -83,7 +83,7 @@ pub fn examine(
     sheet: &Arc<Sheet>,
     material: Option<&Material>,
 ) -> Result<Report, KitError> {
-    examine_with(effect, sheet, material, None)
+    examine_with_species(effect, sheet, material, None)
 }
 
 /// As [`examine`], with the species of a law ([`synthetic_law`] makes one) and where they live.
@@ -93,7 +93,7 @@ pub fn examine(
 ///
 /// # Errors
 /// If the effect cannot be built there.
-pub fn examine_with(
+pub fn examine_with_species(
     effect: &dyn EffectSpec,
     sheet: &Arc<Sheet>,
     material: Option<&Material>,
@@ -102,7 +102,7 @@ pub fn examine_with(
     examine_on(effect, sheet, material.map(MaterialField::from).as_ref(), kinetics)
 }
 
-/// As [`examine_with`], with a material that may differ from triangle to triangle.
+/// As [`examine_with_species`], with a material that may differ from triangle to triangle.
 ///
 /// # Errors
 /// If the effect cannot be built there.

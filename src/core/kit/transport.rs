@@ -28,7 +28,7 @@ struct There<'a> {
 
 impl<'a> There<'a> {
     fn new(term: &'a TransportTerm, sheet: &'a Sheet, x: &[Vec3], points: usize) -> Self {
-        Self { term, sheet, operator: term.at(sheet, x), points }
+        Self { term, sheet, operator: term.operator_on(sheet, x), points }
     }
 
     fn rate(&self, c: &[f64]) -> Vec<f64> {

@@ -17,7 +17,7 @@ use super::mechanics::numbered;
 use super::parameters::{ParameterFields, column};
 use super::signals::Signals;
 use super::unreliable_results::UnreliableResults;
-use crate::effects::{DirectedLengthFactor, Held, Measure, Operator, TransportTerm};
+use crate::effects::{DirectedLengthFactor, DirichletValues, Measure, Operator, TransportTerm};
 use crate::kinetics::{
     Batch, Column, Descriptor, Feedback, Kinetics, KineticsError, Location, Outcome, Quantity,
     Signal, field,
@@ -103,7 +103,7 @@ impl Chemistry {
 
     /// The same with values of species that are held.
     #[must_use]
-    pub fn with_held_values(mut self, held: &[Held]) -> Self {
+    pub fn with_held_values(mut self, held: &[DirichletValues]) -> Self {
         self.held = HeldValues::new(self.descriptor().species.len(), held);
         self
     }

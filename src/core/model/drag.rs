@@ -10,7 +10,7 @@
 //! sheet slides on only the second.
 
 use crate::Vec3;
-use crate::effects::Values;
+use crate::effects::FieldValues;
 use crate::geometry::{lumped_areas, vertex_normals};
 use crate::reduction::Reduction;
 use crate::sheet::Sheet;
@@ -19,7 +19,7 @@ use crate::sheet::Sheet;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drag {
     /// In the plane of the sheet.
-    tangential: Values,
+    tangential: FieldValues,
     /// Of the drag along the normal to that in the plane.
     ratio: f64,
 }
@@ -27,17 +27,17 @@ pub struct Drag {
 impl Drag {
     /// Of every vertex.
     #[must_use]
-    pub fn per_vertex(value: impl Into<Values>) -> Self {
+    pub fn per_vertex(value: impl Into<FieldValues>) -> Self {
         Self { tangential: value.into(), ratio: 1.0 }
     }
 
     /// `value` times the area that every vertex has at rest, a third of its triangles'.
     #[must_use]
-    pub fn per_area(value: impl Into<Values>, sheet: &Sheet) -> Self {
+    pub fn per_area(value: impl Into<FieldValues>, sheet: &Sheet) -> Self {
         let value = value.into();
         let areas = lumped_areas(sheet);
         let all = areas.iter().enumerate().map(|(i, area)| value.at(i) * area).collect();
-        Self { tangential: Values::Each(all), ratio: 1.0 }
+        Self { tangential: FieldValues::Each(all), ratio: 1.0 }
     }
 
     /// The same with `ratio` times as much along the normal of the sheet.
@@ -54,7 +54,7 @@ impl Drag {
 
     /// That of vertex `i` in the plane of the sheet.
     #[must_use]
-    pub fn at(&self, i: usize) -> f64 {
+    pub fn tangential(&self, i: usize) -> f64 {
         self.tangential.at(i)
     }
 
@@ -62,7 +62,7 @@ impl Drag {
     #[must_use]
     pub fn mean(&self, sheet: &Sheet) -> f64 {
         let (reduction, vertices) = (sheet.reduction(), sheet.vertex_count());
-        reduction.sum(vertices, |i| self.at(i)) / reduction.count(vertices).max(1.0)
+        reduction.sum(vertices, |i| self.tangential(i)) / reduction.count(vertices).max(1.0)
     }
 
     /// The same along the normal.
@@ -74,7 +74,7 @@ impl Drag {
     /// The matrices `factor · γ_i` at the shape `x`.
     #[must_use]
     pub fn weights(&self, sheet: &Sheet, x: &[Vec3], factor: f64) -> Weights {
-        let scalar = (0..x.len()).map(|i| factor * self.at(i)).collect();
+        let scalar = (0..x.len()).map(|i| factor * self.tangential(i)).collect();
         let normals = (!self.is_isotropic()).then(|| vertex_normals(sheet, x));
         Weights { scalar, more: self.ratio - 1.0, normals }
     }

@@ -16,7 +16,7 @@ use serde::de::{Deserializer, IntoDeserializer, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
 use super::Drag;
-use crate::effects::{EffectError, Field, Part, ReadSurface, Values};
+use crate::effects::{EffectError, Field, FieldValues, ReadSurface, RegionValue};
 use crate::kinetics::Location;
 use crate::num::checked::Positive;
 use crate::sheet::Sheet;
@@ -68,7 +68,7 @@ impl DragSpec {
         let (tangential, ratio) = match coefficient {
             Coefficient::Isotropic(all) => (all.on(Location::Vertex, sheet, read, "drag")?, 1.0),
             Coefficient::Anisotropic(Directions { normal, tangential }) => {
-                (Values::Same(tangential.get()), normal.get() / tangential.get())
+                (FieldValues::Same(tangential.get()), normal.get() / tangential.get())
             }
         };
         let drag = match self {
@@ -119,7 +119,7 @@ struct Keys {
     file: Option<PathBuf>,
     array: Option<String>,
     default: Option<Positive>,
-    regions: Option<Vec<Part<Positive>>>,
+    regions: Option<Vec<RegionValue<Positive>>>,
 }
 
 impl<'de> Deserialize<'de> for DragSpec {

@@ -21,7 +21,7 @@ use crate::sheet::SheetError;
 /// Memory of evaluations, one after the other. Its values are those of the last one, and nothing reads
 /// them.
 #[derive(Default)]
-pub struct Memory {
+pub struct EvaluationBuffers {
     potential: Option<Potential>,
     surface: Surface,
     signals: SignalColumns,
@@ -42,7 +42,7 @@ struct Known {
 pub struct Evaluation<'a> {
     model: &'a Model,
     state: &'a State,
-    memory: &'a mut Memory,
+    memory: &'a mut EvaluationBuffers,
     known: Known,
 }
 
@@ -56,7 +56,7 @@ pub(super) struct Parts<'a> {
 
 impl Model {
     /// The model at `state`.
-    pub fn at<'a>(&'a self, state: &'a State, memory: &'a mut Memory) -> Evaluation<'a> {
+    pub fn at<'a>(&'a self, state: &'a State, memory: &'a mut EvaluationBuffers) -> Evaluation<'a> {
         Evaluation::new(self, state, memory, false)
     }
 }
@@ -66,7 +66,7 @@ impl<'a> Evaluation<'a> {
     pub(super) fn new(
         model: &'a Model,
         state: &'a State,
-        memory: &'a mut Memory,
+        memory: &'a mut EvaluationBuffers,
         same_shape: bool,
     ) -> Self {
         let known = Known { average: same_shape, transport: same_shape, ..Known::default() };
@@ -139,7 +139,7 @@ impl<'a> Evaluation<'a> {
         }
         self.average(chemistry);
         let (sheet, species) = (self.model.sheet(), &self.state.species);
-        let Memory { potential, surface, .. } = &mut *self.memory;
+        let EvaluationBuffers { potential, surface, .. } = &mut *self.memory;
         let Some(potential) = potential else { return };
         for &s in read {
             let values = at_vertices(sheet, surface.average.as_ref(), &species[s]);
@@ -252,7 +252,7 @@ impl<'a> Evaluation<'a> {
         if !self.known.rates {
             self.signals()?;
             self.surface();
-            let Memory { surface, signals, rates, .. } = &mut *self.memory;
+            let EvaluationBuffers { surface, signals, rates, .. } = &mut *self.memory;
             match self.model.chemistry() {
                 None => rates.clear(),
                 Some(chemistry) => {
@@ -293,7 +293,7 @@ impl<'a> Evaluation<'a> {
             self.potential()?;
         }
         let known = self.known.potential;
-        let Memory { potential, surface, signals, .. } = &mut *self.memory;
+        let EvaluationBuffers { potential, surface, signals, .. } = &mut *self.memory;
         let potential = potential.as_mut().filter(|_| known);
         Ok(Parts { potential, surface, signals })
     }
@@ -382,7 +382,7 @@ impl<'a> Evaluation<'a> {
         let species: Vec<&[f64]> = self.state.species.iter().map(Vec::as_slice).collect();
         self.signals()?;
         self.surface();
-        let Memory { surface, signals, .. } = &*self.memory;
+        let EvaluationBuffers { surface, signals, .. } = &*self.memory;
         let sheet = self.model.sheet();
         Ok(Some(chemistry.spectral_bounds(sheet, surface, &species, signals)?))
     }
@@ -417,7 +417,7 @@ impl<'a> Evaluation<'a> {
             return Ok(0.0);
         }
         let gradient = self.gradient()?;
-        let speed = |i: usize| gradient[i].norm() / (weight * model.drag().at(i));
+        let speed = |i: usize| gradient[i].norm() / (weight * model.drag().tangential(i));
         Ok(model.sheet().reduction().max(gradient.len(), speed)
             / model.mechanics().reference().mean_edge())
     }

@@ -23,7 +23,7 @@ use crate::reduction::Reduction;
 
 /// The forces, and the shape that they hold.
 #[derive(Debug, Clone)]
-pub(crate) struct Hold {
+pub(crate) struct CorotationalForces {
     pub(crate) force: Vec<Vec3>,
     /// b.
     pub(crate) shape: Vec<Vec3>,
@@ -38,7 +38,7 @@ struct Turned {
     centres: (Vec3, Vec3),
 }
 
-impl Hold {
+impl CorotationalForces {
     fn turned(&self, x: &[Vec3], reduction: &Reduction) -> Turned {
         let (centre, held) = (mean(x, reduction), mean(&self.shape, reduction));
         let mut moment = Matrix3::zeros();
@@ -104,7 +104,7 @@ mod tests {
     #[test]
     fn the_gradient_is_that_of_the_energy_however_the_sheet_is_turned_and_strained() {
         let reduction = Reduction::default();
-        let hold = Hold { force: numbers(7, 0.1), shape: numbers(7, 1.1) };
+        let hold = CorotationalForces { force: numbers(7, 0.1), shape: numbers(7, 1.1) };
         for (angle, strain) in [(0.0, 0.0), (0.4, 0.2), (2.9, 0.3), (-1.7, 0.5)] {
             let turn = nalgebra::Rotation3::from_scaled_axis(angle * Vec3::new(0.6, -0.48, 0.64));
             let apart = numbers(7, 2.3);
@@ -128,7 +128,7 @@ mod tests {
     #[test]
     fn forces_turn_with_the_sheet_and_make_no_torque() {
         let reduction = Reduction::default();
-        let hold = Hold { force: numbers(7, 0.1), shape: numbers(7, 1.1) };
+        let hold = CorotationalForces { force: numbers(7, 0.1), shape: numbers(7, 1.1) };
         let turn = nalgebra::Rotation3::from_scaled_axis(Vec3::new(0.5, 2.0, -0.3));
         let x: Vec<Vec3> = hold.shape.iter().map(|b| turn * b).collect();
         let mut gradient = vec![Vec3::zeros(); 7];

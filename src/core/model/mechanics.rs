@@ -74,14 +74,14 @@ impl Mechanics {
         terms: Vec<EnergyTerm>,
         pins: Pins,
     ) -> Result<Arc<Self>, SheetError> {
-        Self::of(sheet, MechanicsParts { terms, pins, ..MechanicsParts::default() })
+        Self::from_parts(sheet, MechanicsParts { terms, pins, ..MechanicsParts::default() })
     }
 
     /// Puts `parts` on `sheet`.
     ///
     /// # Errors
     /// A rest state with edges or triangles of no size.
-    pub fn of(sheet: Arc<Sheet>, parts: MechanicsParts) -> Result<Arc<Self>, SheetError> {
+    pub fn from_parts(sheet: Arc<Sheet>, parts: MechanicsParts) -> Result<Arc<Self>, SheetError> {
         let MechanicsParts { terms, mut pins, prescribed, constraints, planar, tally } = parts;
         pins.resize(sheet.vertex_count(), [false; 3]);
         if planar {
@@ -326,7 +326,7 @@ impl Mechanics {
         let rings = self.all().map(|term| term.coupling().rings).max().unwrap_or(0);
         let neighbours = self.sheet.vertex_edges();
         let each = |i: usize, f: &mut dyn FnMut(u32)| {
-            neighbours.of(i).iter().for_each(|&(_, j)| f(j));
+            neighbours.entries(i).iter().for_each(|&(_, j)| f(j));
         };
         let pattern = BlockPattern::of_rings(self.sheet.vertex_count(), rings, &each, pairs);
         let pattern = pattern.over(self.sheet.reduction());

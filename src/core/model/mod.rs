@@ -21,6 +21,7 @@ mod error;
 mod error_norm;
 mod evaluation;
 mod hold;
+mod linear_in_time;
 mod mechanics;
 mod parameters;
 mod policy;
@@ -29,16 +30,16 @@ mod proximal_term;
 mod rigid;
 mod signals;
 mod state;
-mod time_course;
 mod unreliable_results;
 
 pub use chemistry::{Chemistry, HeldValues, IllPosed, SignalColumns, Surface};
-pub use coupled::{Coupled, Layout, Part};
+pub use coupled::{Coupled, Layout, Subsystem};
 pub use drag::{Drag, Weights};
 pub use drag_spec::{Coefficient, Directions, DragSpec};
 pub use error::ModelError;
-pub use evaluation::{Evaluation, Memory};
-pub(crate) use hold::Hold;
+pub use evaluation::{Evaluation, EvaluationBuffers};
+pub(crate) use hold::CorotationalForces;
+pub use linear_in_time::LinearInTime;
 pub use mechanics::{Mechanics, MechanicsParts};
 pub use parameters::ParameterFields;
 pub use policy::{Policy, Stabilisation, Start, Storage};
@@ -48,7 +49,6 @@ pub use rigid::{Motion, free_motions};
 pub(crate) use rigid::{align, floats, force_free_motions, mean, minimal_pins, unhindered};
 pub use signals::{AtBoundary, Signals, TensionReading};
 pub use state::{Positions, State};
-pub use time_course::TimeCourse;
 pub use unreliable_results::UnreliableResults;
 
 pub use counters::constraint_meter;
@@ -157,7 +157,7 @@ impl Model {
         let mut all: Option<Cow<'_, [f64]>> = None;
         for (k, growth) in self.growth.iter().enumerate() {
             let _scope = counters::of_growth(self.tally(), k).scope(0);
-            let factor = growth.at(self.sheet(), time);
+            let factor = growth.at_edges(self.sheet(), time);
             match &mut all {
                 None => all = Some(factor),
                 Some(all) => {

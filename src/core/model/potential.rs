@@ -10,7 +10,7 @@ use std::sync::Arc;
 use super::constraint::Constraints;
 use super::counters::{self, energy};
 use super::error::ModelError;
-use super::hold::Hold;
+use super::hold::CorotationalForces;
 use super::mechanics::Mechanics;
 use super::proximal_term::Anchor;
 use crate::effects::{AnyEnergy, HessianPart, Pins, RankOneTerm, Work};
@@ -36,7 +36,7 @@ pub struct Potential {
     work: Vec<Work>,
     pub(super) constraints: Constraints,
     anchor: Option<Anchor>,
-    hold: Option<Hold>,
+    hold: Option<CorotationalForces>,
     force_scale: f64,
     /// Of the optimal lengths.
     lengths: Meter,
@@ -101,7 +101,7 @@ impl Potential {
     }
 
     /// Adds forces that hold the sheet to what acts from now on, in place of those before.
-    pub(crate) fn set_hold(&mut self, hold: Option<Hold>) {
+    pub(crate) fn set_hold(&mut self, hold: Option<CorotationalForces>) {
         self.hold = hold;
     }
 

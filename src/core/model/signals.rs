@@ -31,7 +31,7 @@ use serde::{Deserialize, Serialize};
 use super::counters;
 use super::potential::Potential;
 use crate::Vec3;
-use crate::effects::{MaterialField, Values};
+use crate::effects::{FieldValues, MaterialField};
 use crate::geometry::{BoundaryFit, Curvature, Shape, VertexArea};
 use crate::kinetics::{Location, Signal};
 use crate::num::real;
@@ -70,9 +70,9 @@ pub struct Signals {
     location: Location,
     area: VertexArea,
     /// Y of the triangles.
-    modulus: Values,
+    modulus: FieldValues,
     /// Y/(1-ν) of the triangles.
-    areal_modulus: Values,
+    areal_modulus: FieldValues,
     reading: TensionReading,
     rest_area: Arc<[f64]>,
     /// What gives curvatures at the boundary, if they are not 0.
@@ -98,8 +98,8 @@ impl Signals {
             location,
             area,
             // Of use to the tension alone, which is refused without a material.
-            modulus: material.map_or(Values::Same(0.0), MaterialField::stretching_modulus),
-            areal_modulus: material.map_or(Values::Same(0.0), |material| {
+            modulus: material.map_or(FieldValues::Same(0.0), MaterialField::stretching_modulus),
+            areal_modulus: material.map_or(FieldValues::Same(0.0), |material| {
                 material.per_triangle(|m| m.stretching_modulus() / (1.0 - m.poisson))
             }),
             reading,
@@ -122,7 +122,7 @@ impl Signals {
         let fitted = rule == AtBoundary::OneSided
             && self.reads_curvature()
             && sheet.reduction().distribution().is_none();
-        Self { fit: fitted.then(|| Arc::new(BoundaryFit::of(sheet))), ..self }
+        Self { fit: fitted.then(|| Arc::new(BoundaryFit::new(sheet))), ..self }
     }
 
     /// Whether curvatures are wanted and can be different from 0.
@@ -146,7 +146,7 @@ impl Signals {
     fn curvature(&self, shape: &Shape<'_>, what: usize) -> Option<Curvature> {
         self.reads_curvature().then(|| {
             let _scope = self.scope(0, what);
-            let mut curvature = Curvature::of(shape, &self.area);
+            let mut curvature = Curvature::evaluate(shape, &self.area);
             if let Some(fit) = &self.fit {
                 fit.extend(&mut curvature.mean);
                 fit.extend(&mut curvature.gaussian);
@@ -251,7 +251,7 @@ impl Signals {
             Location::Vertex => {
                 let incident = shape.sheet.vertex_triangles();
                 self.filled(shape, |i| {
-                    let around = incident.of(i);
+                    let around = incident.entries(i);
                     let sum: f64 = around.iter().map(|&(t, _)| value(t as usize)).sum();
                     sum / real(around.len())
                 })
@@ -273,10 +273,12 @@ impl Signals {
             (TensionReading::Paper, Location::Vertex) => {
                 let incident = shape.sheet.vertex_triangles();
                 self.filled(shape, |i| {
-                    let around = incident.of(i).iter().map(|&(t, _)| t as usize);
+                    let around = incident.entries(i).iter().map(|&(t, _)| t as usize);
                     match modulus {
-                        Values::Same(modulus) => modulus / 3.0 * around.map(&strain).sum::<f64>(),
-                        Values::Each(of) => around.map(|t| of[t] / 3.0 * strain(t)).sum(),
+                        FieldValues::Same(modulus) => {
+                            modulus / 3.0 * around.map(&strain).sum::<f64>()
+                        }
+                        FieldValues::Each(of) => around.map(|t| of[t] / 3.0 * strain(t)).sum(),
                     }
                 })
             }
@@ -295,7 +297,7 @@ impl Signals {
         parallel::fill(&mut normal, |i| match self.location {
             Location::Face | Location::Edge => shape.face(i).normal,
             Location::Vertex => {
-                let around = shape.sheet.vertex_triangles().of(i).iter();
+                let around = shape.sheet.vertex_triangles().entries(i).iter();
                 let faces = around.map(|&(t, _)| shape.face(t as usize));
                 faces.map(|f| f.area * f.normal).sum::<Vec3>().normalize()
             }

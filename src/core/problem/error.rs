@@ -4,7 +4,7 @@ use std::fmt;
 
 /// Part of a [`Problem`](super::Problem) that an error is about.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Part {
+pub enum ProblemPart {
     /// The sheet.
     Sheet,
     /// That it moves in its plane only.
@@ -25,7 +25,7 @@ pub enum Part {
     Equilibrium,
 }
 
-impl fmt::Display for Part {
+impl fmt::Display for ProblemPart {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Sheet => f.write_str("sheet"),
@@ -46,7 +46,7 @@ impl fmt::Display for Part {
 #[error("{part}: {message}{}", help.as_ref().map(|help| format!(" ({help})")).unwrap_or_default())]
 pub struct ProblemError {
     /// What is wrong.
-    pub part: Part,
+    pub part: ProblemPart,
     /// In what way.
     pub message: String,
     /// What to do about it.
@@ -55,7 +55,7 @@ pub struct ProblemError {
 
 impl ProblemError {
     /// The error of a part.
-    pub fn new(part: Part, message: impl Into<String>, help: Option<&str>) -> Self {
+    pub fn new(part: ProblemPart, message: impl Into<String>, help: Option<&str>) -> Self {
         Self { part, message: message.into(), help: help.map(str::to_owned) }
     }
 }

@@ -4,9 +4,9 @@
 //! # use rumple_core as rumple;
 //! use rumple::effects::{Bending, Load, Material, Stretching};
 //! use rumple::problem::Problem;
-//! use rumple::sheet::{Shape, generate};
+//! use rumple::sheet::{SheetShape, generate};
 //!
-//! let sheet = generate(&Shape::Sphere { radius: 10.0, irregular: false }, 200, 1)?;
+//! let sheet = generate(&SheetShape::Sphere { radius: 10.0, irregular: false }, 200, 1)?;
 //! let problem = Problem::on(sheet)
 //!     .material(Material { young: 1e5, poisson: 0.3, thickness: 0.1 })
 //!     .effect(Stretching::default())
@@ -33,8 +33,8 @@ use std::ops::Deref;
 use std::sync::Arc;
 
 use crate::effects::{
-    DirectedLengthFactor, Effect, EffectContext, EffectSpec, Held, InternalVariables, LengthFactor,
-    Material, MaterialField, Measure, ReadSurface, TransportTerm,
+    DirectedLengthFactor, DirichletValues, Effect, EffectContext, EffectSpec, InternalVariables,
+    LengthFactor, Material, MaterialField, Measure, ReadSurface, TransportTerm,
 };
 use crate::geometry::VertexArea;
 use crate::kinetics::{Kinetics, Location};
@@ -49,7 +49,7 @@ use crate::solve::{EquilibriumSpec, IntegratorSpec, Progress, Workspace};
 use crate::stepper::{Breakpoints, Stepper};
 use crate::tally::Tally;
 
-pub use error::{Part, ProblemError};
+pub use error::{ProblemError, ProblemPart};
 
 /// A law on a sheet.
 #[derive(Clone)]
@@ -271,7 +271,7 @@ impl<'a> Problem<'a> {
         let relaxer = self.relaxer(model.mechanics())?;
         let integrator = self.built_integrator(model.mechanics(), model.internal())?;
         let effects = self.effects.iter().map(|effect| &**effect as &dyn EffectSpec);
-        let breakpoints = Breakpoints::of(effects, &self.sheet, self.until);
+        let breakpoints = Breakpoints::collect(effects, &self.sheet, self.until);
         let mut workspace = Workspace::new(Arc::new(model), relaxer);
         workspace.stabilisation = Stabilisation { share: self.stabilisation, span: self.until };
         let start = self.start;
@@ -296,8 +296,8 @@ impl<'a> Problem<'a> {
         self.check()?;
         let BoundEffects { mechanics, transports, crossing, held, growth, direction, internal } =
             self.bind(on_effect)?;
-        let mechanics = Mechanics::of(Arc::clone(&self.sheet), mechanics)
-            .map_err(|e| ProblemError::new(Part::Sheet, e.to_string(), None))?;
+        let mechanics = Mechanics::from_parts(Arc::clone(&self.sheet), mechanics)
+            .map_err(|e| ProblemError::new(ProblemPart::Sheet, e.to_string(), None))?;
         self.check_ranks(&mechanics)?;
         self.check_contact(&mechanics)?;
         let rule = self.effects.iter().find_map(|effect| effect.vertex_area());
@@ -337,7 +337,7 @@ fn check_diffusion(
     let Some(found) = found else { return Ok(()) };
     let help = "eigenvalues need real parts from 0 on; of two species u and v: D_u D_v from D_uv D_vu on, with kind = \"diffusion\" \
         for each";
-    let part = Part::Effect(number, "coefficient".into());
+    let part = ProblemPart::Effect(number, "coefficient".into());
     Err(ProblemError::new(part, found.to_string(), Some(help)))
 }
 
@@ -348,7 +348,7 @@ pub(super) struct BoundEffects {
     pub(super) transports: Vec<TransportTerm>,
     /// Number of the first effect with cross-diffusion.
     pub(super) crossing: Option<usize>,
-    pub(super) held: Vec<Held>,
+    pub(super) held: Vec<DirichletValues>,
     pub(super) growth: Vec<LengthFactor>,
     pub(super) direction: Option<DirectedLengthFactor>,
     pub(super) internal: Vec<Box<dyn InternalVariables>>,

@@ -5,8 +5,8 @@
 //! | a position where the sheet starts, or displaced in time | another position |
 //! | a value of a species (Dirichlet) | another value, or a flux through a boundary edge whose two ends have values (Neumann, Robin) |
 
-use super::{Part, ProblemError};
-use crate::effects::{Effect, Held, Pins, PrescribedDisplacement, TransportTerm};
+use super::{ProblemError, ProblemPart};
+use crate::effects::{DirichletValues, Effect, Pins, PrescribedDisplacement, TransportTerm};
 
 /// What earlier effects prescribe, by their numbers.
 #[derive(Default)]
@@ -14,7 +14,7 @@ pub(super) struct Prescriptions {
     /// Directions that are fixed where the sheet starts.
     fixed: Vec<(usize, Pins)>,
     displaced: Vec<(usize, PrescribedDisplacement)>,
-    held: Vec<(usize, Held)>,
+    held: Vec<(usize, DirichletValues)>,
 }
 
 impl Prescriptions {
@@ -33,12 +33,13 @@ impl Prescriptions {
         self.displaced.extend(effect.prescribed.iter().map(|new| (number, new.clone())));
         self.check_positions(number, until)?;
         for new in &effect.held {
-            let conflict = |(old, held): &(usize, Held)| Some((*old, new.conflict(held)?));
+            let conflict =
+                |(old, held): &(usize, DirichletValues)| Some((*old, new.conflict(held)?));
             if let Some((old, point)) = self.held.iter().find_map(conflict) {
                 let message =
                     format!("effect[{old}] holds the species at point {point} at another value");
                 let help = "let the regions of the two differ, or their values agree";
-                let part = Part::Effect(number, "value".into());
+                let part = ProblemPart::Effect(number, "value".into());
                 return Err(ProblemError::new(part, message, Some(help)));
             }
         }
@@ -52,7 +53,7 @@ impl Prescriptions {
             let (axis, [verb, place]) = (["x", "y", "z"][axis], says);
             let message = format!("effect[{other}] {verb} vertex {vertex} along {axis} {place}");
             let help = "let the regions or the axes of the two differ";
-            let part = Part::Effect(number, key.into());
+            let part = ProblemPart::Effect(number, key.into());
             Err(ProblemError::new(part, message, Some(help)))
         };
         let (own, kept) =
@@ -87,7 +88,8 @@ impl Prescriptions {
         }
         for transport in transports {
             let by = |point: usize| {
-                let holds = |(_, held): &&(usize, Held)| held.holds(transport.species(), point);
+                let holds =
+                    |(_, held): &&(usize, DirichletValues)| held.holds(transport.species(), point);
                 self.held.iter().find(holds).map(|(other, _)| *other)
             };
             let held = |[a, b]: [usize; 2]| Some(([a, b], by(a)?, by(b)?));
@@ -102,7 +104,8 @@ impl Prescriptions {
                 let help = format!(
                     "let the regions of the two differ, or set {key} to 0 there by regions"
                 );
-                let part = Part::Effect(transport.effect.unwrap_or_default(), "where".into());
+                let part =
+                    ProblemPart::Effect(transport.effect.unwrap_or_default(), "where".into());
                 return Err(ProblemError::new(part, message, Some(&help)));
             }
         }

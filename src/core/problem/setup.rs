@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use super::integrator::unsupported;
 use super::prescriptions::Prescriptions;
-use super::{Law, OnEffect, Part, Problem, ProblemError};
+use super::{Law, OnEffect, Problem, ProblemError, ProblemPart};
 use crate::effects::{
-    Effect, EffectContext, EffectError, InternalVariables, MaterialField, TransportTerm, Values,
+    Effect, EffectContext, EffectError, FieldValues, InternalVariables, MaterialField,
+    TransportTerm,
 };
 use crate::geometry::{VertexArea, face_areas};
 use crate::kinetics::{Location, Signal, SignalRead};
@@ -21,7 +22,7 @@ impl Problem<'_> {
         self.check_plane()?;
         if self.law.as_ref().is_some_and(|law| law.location() == Location::Edge) {
             let message = "no species lives on edges";
-            return Err(ProblemError::new(Part::Law, message, Some("on vertices or faces")));
+            return Err(ProblemError::new(ProblemPart::Law, message, Some("on vertices or faces")));
         }
         self.check_needs()
     }
@@ -31,7 +32,7 @@ impl Problem<'_> {
         let Some(MaterialField { young, poisson, thickness }) = &self.material else {
             return Ok(());
         };
-        let refuse = |message| Err(ProblemError::new(Part::Material, message, None));
+        let refuse = |message| Err(ProblemError::new(ProblemPart::Material, message, None));
         let positive = ((0.0, f64::MAX), "positive and finite");
         let constants = [
             ("young", young, positive),
@@ -40,7 +41,7 @@ impl Problem<'_> {
         ];
         for (name, values, ((above, most), range)) in constants {
             let count = self.sheet.triangle_count();
-            if let Values::Each(all) = values
+            if let FieldValues::Each(all) = values
                 && all.len() != count
             {
                 let given = all.len();
@@ -50,8 +51,8 @@ impl Problem<'_> {
             }
             let wrong = |value: &f64| !(*value > above && *value <= most);
             let found = match values {
-                Values::Same(value) => Some(*value).filter(wrong),
-                Values::Each(all) => all.iter().copied().find(wrong),
+                FieldValues::Same(value) => Some(*value).filter(wrong),
+                FieldValues::Each(all) => all.iter().copied().find(wrong),
             };
             if let Some(value) = found {
                 return refuse(format!("{name} is {value}; it must be {range}"));
@@ -71,7 +72,7 @@ impl Problem<'_> {
                  z = {plane}"
             );
             let help = "leave planar out, or turn the mesh so that all z are the same number";
-            return Err(ProblemError::new(Part::Planar, message, Some(help)));
+            return Err(ProblemError::new(ProblemPart::Planar, message, Some(help)));
         }
         let found = self.effects.iter().enumerate();
         let mut found = found.filter_map(|(k, e)| e.needs().out_of_plane.map(|key| (k, e, key)));
@@ -85,7 +86,7 @@ impl Problem<'_> {
             "axes" => "axes = \"x\", \"y\" or \"xy\": z is fixed already",
             _ => "give it no z component, or leave sheet.planar out",
         };
-        Err(ProblemError::new(Part::Effect(number, key.into()), message, Some(help)))
+        Err(ProblemError::new(ProblemPart::Effect(number, key.into()), message, Some(help)))
     }
 
     /// Refuses solvers that do not go with a sheet that is spread over ranks.
@@ -99,12 +100,16 @@ impl Problem<'_> {
             let name = self.integrator.name();
             let help =
                 "integrator = \"staggered\" does under the policies quasi-static and simultaneous";
-            return refuse(Part::Integrator, &format!("{name} cannot advance a sheet"), help);
+            return refuse(
+                ProblemPart::Integrator,
+                &format!("{name} cannot advance a sheet"),
+                help,
+            );
         }
         if !mechanics.is_empty() && !self.equilibrium.supports_ranks() {
             let name = self.equilibrium.name();
             let help = "equilibrium.method = \"lbfgs\" does";
-            return refuse(Part::Equilibrium, &format!("{name} cannot relax a sheet"), help);
+            return refuse(ProblemPart::Equilibrium, &format!("{name} cannot relax a sheet"), help);
         }
         Ok(())
     }
@@ -114,7 +119,7 @@ impl Problem<'_> {
         let Some(place) = self.sheet.reduction().place() else { return Ok(()) };
         let refuse = |what: &str, help: &str| {
             let message = format!("{what} {place}");
-            Err(ProblemError::new(Part::Effect(number, "kind".into()), message, Some(help)))
+            Err(ProblemError::new(ProblemPart::Effect(number, "kind".into()), message, Some(help)))
         };
         let mut contacts = effect.energies.iter().map(|term| term.interaction());
         if contacts.any(|does| does.limits_steps || does.pairs) {
@@ -149,7 +154,7 @@ impl Problem<'_> {
         if let (None, Some(number)) = (kinetics, chemical) {
             let message =
                 format!("{} needs species, and there are no kinetics", self.effects[number].name());
-            let part = Part::Effect(number, "kind".into());
+            let part = ProblemPart::Effect(number, "kind".into());
             return Err(ProblemError::new(part, message, Some("add a [kinetics] table")));
         }
         let needing = self.effects.iter().find(|e| e.needs().material).map(|e| e.name());
@@ -157,7 +162,7 @@ impl Problem<'_> {
         if self.material.is_none() && (needing.is_some() || tension) {
             let what = needing.unwrap_or_else(|| "the signal tension".into());
             let message = format!("{what} needs young, poisson and thickness");
-            return Err(ProblemError::new(Part::Material, message, None));
+            return Err(ProblemError::new(ProblemPart::Material, message, None));
         }
         Ok(())
     }
@@ -173,7 +178,7 @@ impl Problem<'_> {
         }
         let message = "the law reads contact_pressure, and nothing in the scene can touch";
         let help = "add [[effect]] kind = \"contact\", or kind = \"obstacle\"";
-        Err(ProblemError::new(Part::Law, message, Some(help)))
+        Err(ProblemError::new(ProblemPart::Law, message, Some(help)))
     }
 
     /// Binds the effects to the sheet.
@@ -194,7 +199,7 @@ impl Problem<'_> {
         all.mechanics.pins = vec![[false; 3]; self.sheet.vertex_count()];
         for (number, spec) in self.effects.iter().enumerate() {
             let mut effect = spec.build(&context).map_err(|e| ProblemError {
-                part: Part::Effect(number, e.key.to_string()),
+                part: ProblemPart::Effect(number, e.key.to_string()),
                 message: e.message,
                 help: e.help,
             })?;
@@ -202,7 +207,7 @@ impl Problem<'_> {
             on_effect(number, &**spec, &context, &effect)?;
             if all.direction.is_some() && effect.direction.is_some() {
                 let message = "an earlier effect directs the length factor of the law already";
-                let part = Part::Effect(number, "kind".into());
+                let part = ProblemPart::Effect(number, "kind".into());
                 return Err(ProblemError::new(part, message, Some("leave out one of the two")));
             }
             self.check_effect_on_ranks(number, &effect)?;
@@ -222,7 +227,7 @@ impl Problem<'_> {
             let message =
                 "the law has a length factor across a fibre, and no effect gives the fibre";
             let help = "add [[effect]] kind = \"directed-growth\" with its fibre";
-            return Err(ProblemError::new(Part::Law, message, Some(help)));
+            return Err(ProblemError::new(ProblemPart::Law, message, Some(help)));
         }
         Ok(all)
     }
@@ -236,14 +241,14 @@ impl Problem<'_> {
         if mechanics.is_empty() {
             if let Some(name) = mechanics.constraint_names().next() {
                 let message = format!("{name} is a constraint, but no effect has an energy");
-                return Err(ProblemError::new(Part::Effects, message, Some(help)));
+                return Err(ProblemError::new(ProblemPart::Effects, message, Some(help)));
             }
             return Ok(None);
         }
         let mut potential = Potential::new(mechanics);
         if !(potential.force_scale() > 0.0) {
             let message = "no effect resists stretching";
-            return Err(ProblemError::new(Part::Effects, message, Some(help)));
+            return Err(ProblemError::new(ProblemPart::Effects, message, Some(help)));
         }
         if potential.constraints_depend() {
             let names = mechanics.constraint_names().collect::<Vec<_>>().join(", ");
@@ -259,12 +264,12 @@ impl Problem<'_> {
                     "leave out all but one of them",
                 ),
             };
-            return Err(ProblemError::new(Part::Effects, message, Some(help)));
+            return Err(ProblemError::new(ProblemPart::Effects, message, Some(help)));
         }
         let method = &self.equilibrium;
         let equilibrium = method
             .build(mechanics)
-            .map_err(|e| ProblemError::new(Part::Equilibrium, e.to_string(), None))?;
+            .map_err(|e| ProblemError::new(ProblemPart::Equilibrium, e.to_string(), None))?;
         let (tolerance, max_iterations) =
             (method.tolerance().on(&potential), method.max_iterations());
         Ok(Some(Relaxer { equilibrium, tolerance, max_iterations }))
@@ -298,7 +303,8 @@ impl Problem<'_> {
         mechanics: &Mechanics,
         internal: &[Box<dyn InternalVariables>],
     ) -> Result<Box<dyn Integrator>, ProblemError> {
-        let refused = |message: String, help| ProblemError::new(Part::Integrator, message, help);
+        let refused =
+            |message: String, help| ProblemError::new(ProblemPart::Integrator, message, help);
         let integrator = self.integrator.build(self.policy.storage());
         let integrator = integrator.map_err(|e| refused(e.to_string(), None))?;
         match unsupported(self, mechanics, internal) {
@@ -309,15 +315,18 @@ impl Problem<'_> {
 
     /// The drag, if the integrator knows it.
     pub(super) fn built_drag(&self) -> Result<Drag, ProblemError> {
-        let refused =
-            |e: EffectError| ProblemError { part: Part::Drag, message: e.message, help: e.help };
+        let refused = |e: EffectError| ProblemError {
+            part: ProblemPart::Drag,
+            message: e.message,
+            help: e.help,
+        };
         let drag = self.drag.on(&self.sheet, self.read).map_err(refused)?;
         let moves = self.policy.storage().mechanics > 0.0;
         if moves && !drag.is_isotropic() && !self.integrator.supports_anisotropic_drag() {
             let message = "this integrator takes drag to be the same in all directions";
             let help = "integrator = \"staggered\" with shape = \"sdirk2\" (its default) or \
                 \"euler\" knows drag along the normal and in the plane";
-            return Err(ProblemError::new(Part::Drag, message, Some(help)));
+            return Err(ProblemError::new(ProblemPart::Drag, message, Some(help)));
         }
         Ok(drag)
     }
@@ -331,7 +340,7 @@ fn check_internal(
     new: &[Box<dyn InternalVariables>],
 ) -> Result<(), ProblemError> {
     let refused = |message: String, help| {
-        Err(ProblemError::new(Part::Effect(number, "kind".into()), message, Some(help)))
+        Err(ProblemError::new(ProblemPart::Effect(number, "kind".into()), message, Some(help)))
     };
     for term in new {
         let name = term.name();

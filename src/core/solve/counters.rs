@@ -40,7 +40,7 @@ pub(super) struct Linear {
 }
 
 impl Linear {
-    pub(super) fn of(tally: &Tally) -> Self {
+    pub(super) fn from_tally(tally: &Tally) -> Self {
         Self {
             factors: tally.meter("solver", FACTORS, &[]),
             solutions: tally.meter("solver", SOLUTIONS, &[]),

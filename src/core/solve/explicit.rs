@@ -18,7 +18,7 @@ use super::{
     Integrator, IntegratorSpec, Result, SolveError, StepReport, Workspace, counters,
     end_of_fixed_step, fixed_step, scaled,
 };
-use crate::model::{Coupled, Part, State, Storage};
+use crate::model::{Coupled, State, Storage, Subsystem};
 use crate::num::checked::Positive;
 use crate::ode::OdeMethod;
 
@@ -121,7 +121,7 @@ impl IntegratorSpec for ExplicitSpec {
                 Box::new(Euler { step: step.unwrap_or(DEFAULT_STEP), coupled: None })
             }
             ExplicitMethod::Tsit45 => {
-                Box::new(Monolithic::new(Part::Whole, OdeMethod::Tsit45, tolerance, step))
+                Box::new(Monolithic::new(Subsystem::Whole, OdeMethod::Tsit45, tolerance, step))
             }
         })
     }
@@ -148,7 +148,7 @@ impl Integrator for Euler {
         let flow = workspace.at(state).internal_rates()?;
         let model = &workspace.model;
         let _scope = counters::part(model.tally(), counters::EXPLICIT);
-        let coupled = self.coupled.get_or_insert_with(|| Coupled::new(model, Part::Whole));
+        let coupled = self.coupled.get_or_insert_with(|| Coupled::new(model, Subsystem::Whole));
         coupled.start(state);
         let mut y = coupled.pack(state);
         let mut rate = vec![0.0; y.len()];

@@ -331,7 +331,7 @@ impl Stage<'_> {
         };
         let start = State { x: good.to_vec().into(), ..State::clone(self.from) };
         let clock = self.start + at * self.step;
-        let (mut state, held) = (self.route.at(clock, &start), self.route.held(clock));
+        let (mut state, held) = (self.route.conditions_at(clock, &start), self.route.held(clock));
         workspace.check_way(self.from, &state)?;
         let anchor = Some(pull);
         let distance_tolerance = self.by.distance_tolerance;

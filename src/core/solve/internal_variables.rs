@@ -49,7 +49,7 @@ impl InternalSteps {
         let rate = |t: f64, y: &[f64], out: &mut [f64]| {
             control.report(|| under_way("integrating internal variables", (span.0, t, span.1)));
             control.check()?;
-            let mut at = route.at(t, from);
+            let mut at = route.conditions_at(t, from);
             if !still {
                 let share = (t - span.0) / (span.1 - span.0);
                 at.x.iter_mut().zip(&to.x).for_each(|(x, to)| *x += share * (to - *x));

@@ -20,7 +20,7 @@ use super::progress::no_progress;
 use super::rejections::Rejection;
 use super::{Control, Integrator, Result, SolveError, StepReport, Workspace, counters};
 use crate::linear::{LinearChoice, Sparse};
-use crate::model::{Coupled, Layout, Model, ModelError, Part, Positions, State, TimeCourse};
+use crate::model::{Coupled, Layout, LinearInTime, Model, ModelError, Positions, State, Subsystem};
 use crate::ode::{Failure, Integration, OdeError, OdeMethod, OdeProblem, Options, Rejected};
 use crate::tally::Meter;
 
@@ -85,7 +85,7 @@ struct Running {
 
 /// The integrator of diffsol's methods on the whole system, or on a part of it.
 pub(super) struct Monolithic {
-    part: Part,
+    part: Subsystem,
     method: OdeMethod,
     linear: LinearChoice,
     rtol: f64,
@@ -93,7 +93,7 @@ pub(super) struct Monolithic {
     /// Tolerances of the error of one step, relative to these.
     local_share: f64,
     step: Option<f64>,
-    course: Option<TimeCourse>,
+    course: Option<LinearInTime>,
     running: Option<Running>,
     steady: SteadyChemistry,
     /// Of its steps; made with the first.
@@ -103,7 +103,7 @@ pub(super) struct Monolithic {
 impl Monolithic {
     /// With these choices, from the first step on.
     pub(super) fn new(
-        part: Part,
+        part: Subsystem,
         method: OdeMethod,
         (rtol, atol): (f64, f64),
         step: Option<f64>,
@@ -116,7 +116,7 @@ impl Monolithic {
 
     /// Of the chemistry alone, on the shape that it starts with.
     pub(super) fn of_chemistry(method: OdeMethod, tolerance: (f64, f64)) -> Self {
-        Self::new(Part::Chemistry, method, tolerance, None)
+        Self::new(Subsystem::Chemistry, method, tolerance, None)
     }
 
     /// Whether it remembers nothing of earlier steps.
@@ -130,7 +130,7 @@ impl Monolithic {
     }
 
     /// Lets the other part go along `course` from now on.
-    pub(super) fn set_course(&mut self, course: TimeCourse) {
+    pub(super) fn set_course(&mut self, course: LinearInTime) {
         self.course = Some(course);
         if let Some(running) = &mut self.running {
             running.at = None;
@@ -163,7 +163,7 @@ impl Monolithic {
         let mut coupled = Coupled::new(&workspace.model, self.part);
         let unknowns = coupled.layout().unknowns();
         let displacements = coupled.layout().mechanical() > 0;
-        if self.linear.of(unknowns, displacements) == LinearChoice::Ilu {
+        if self.linear.resolve(unknowns, displacements) == LinearChoice::Ilu {
             coupled.use_incomplete_factor();
         }
         let start = begin(&mut coupled);
@@ -198,9 +198,9 @@ impl Monolithic {
         match self.attempt(workspace, state, until) {
             Err(error @ SolveError::Model(ModelError::Negative { .. })) => {
                 let mut raised = positivity::raised(workspace, state, (self.rtol, self.atol))?;
-                if self.part == Part::Whole {
+                if self.part == Subsystem::Whole {
                     let message = error.to_string();
-                    let new = Rejection::of(state, f64::NAN, error.cause());
+                    let new = Rejection::new(state, f64::NAN, error.cause());
                     workspace.reject(Rejection { message, ..new });
                 }
                 let report = self.attempt(workspace, &mut raised, until)?;
@@ -248,8 +248,8 @@ impl Monolithic {
         };
         let stepped = integration.step(until, &mut accept, &mut rejected);
         match self.part {
-            Part::Whole => workspace.reject_all(state, rejected),
-            Part::Chemistry => model.tally().count(|work| {
+            Subsystem::Whole => workspace.reject_all(state, rejected),
+            Subsystem::Chemistry => model.tally().count(|work| {
                 work.substeps += u64::from(stepped.is_ok());
                 work.rejected_substeps += rejected.count();
             }),
@@ -257,13 +257,13 @@ impl Monolithic {
         stepped.map_err(|error| explained(error.into(), &model, (self.part, state.time)))?;
         next.step += 1;
         // Without storage the vertices that are held decide where the sheet lies.
-        if self.part == Part::Whole && model.moves() && model.storage().mechanics == 0.0 {
+        if self.part == Subsystem::Whole && model.moves() && model.storage().mechanics == 0.0 {
             let shape = next.x.clone();
             workspace.align(&mut next, &state.x)?;
             *unsettled = (next.x != shape).then_some(shape);
         }
         let mut report = StepReport { length: next.time - state.time, ..StepReport::default() };
-        if self.part != Part::Chemistry {
+        if self.part != Subsystem::Chemistry {
             report.relaxation.residual = workspace.reported_residual(&next)?;
         }
         state.clone_from(&next);
@@ -274,8 +274,8 @@ impl Monolithic {
 
 /// `error` of a part at the time reached: where the chemistry is steady at every time, no step however short leads
 /// beyond the end of its steady state.
-fn explained(error: SolveError, model: &Model, (part, time): (Part, f64)) -> SolveError {
-    let steady = part == Part::Whole && model.storage().chemistry == 0.0;
+fn explained(error: SolveError, model: &Model, (part, time): (Subsystem, f64)) -> SolveError {
+    let steady = part == Subsystem::Whole && model.storage().chemistry == 0.0;
     // A step over the fold ends at no state of the model.
     let ends = matches!(
         error,

@@ -121,7 +121,7 @@ const MAX_KEPT: usize = 50;
 
 impl Rejection {
     /// At a step of this length from `state`.
-    pub(super) fn of(state: &State, length: f64, cause: Cause) -> Self {
+    pub(super) fn new(state: &State, length: f64, cause: Cause) -> Self {
         let (step, time) = (state.step + 1, state.time);
         Self { step, time, length, error: f64::NAN, cause, message: String::new() }
     }

@@ -1,7 +1,7 @@
 //! Conditions that change from those of one state to those of another.
 
-use super::workspace::Held;
-use crate::model::{Hold, State};
+use super::workspace::RampConditions;
+use crate::model::{CorotationalForces, State};
 
 /// Species, internal variables, and the time that growth, loads and prescribed positions read, as functions of a clock:
 /// the time itself, or a pseudo-time in which they stay the same while lengths are ramped.
@@ -19,15 +19,18 @@ pub(super) struct Route<'a> {
 pub(super) struct Ramp {
     pub(super) lengths: (Vec<f64>, Vec<f64>),
     /// The forces that hold the shape at first.
-    pub(super) hold: Hold,
+    pub(super) hold: CorotationalForces,
 }
 
 impl Ramp {
-    fn at(&self, s: f64) -> Held {
+    fn conditions_at(&self, s: f64) -> RampConditions {
         let (from, to) = &self.lengths;
         let factor = from.iter().zip(to).map(|(a, b)| a.powf(1.0 - s) * b.powf(s)).collect();
         let force = self.hold.force.iter().map(|f| (1.0 - s) * f).collect();
-        Held { factor, hold: Hold { force, shape: self.hold.shape.clone() } }
+        RampConditions {
+            factor,
+            hold: CorotationalForces { force, shape: self.hold.shape.clone() },
+        }
     }
 }
 
@@ -43,8 +46,8 @@ impl<'a> Route<'a> {
     }
 
     /// What holds the sheet when the clock shows `t`; nothing at the end of a ramp and from there on.
-    pub(super) fn held(&self, t: f64) -> Option<Held> {
-        self.ramp.filter(|_| t < 1.0).map(|ramp| ramp.at(t))
+    pub(super) fn held(&self, t: f64) -> Option<RampConditions> {
+        self.ramp.filter(|_| t < 1.0).map(|ramp| ramp.conditions_at(t))
     }
 
     /// Readings of the clock at both ends.
@@ -53,7 +56,7 @@ impl<'a> Route<'a> {
     }
 
     /// The conditions when the clock shows `t`, with the shape of `at`.
-    pub(super) fn at(&self, t: f64, at: &State) -> State {
+    pub(super) fn conditions_at(&self, t: f64, at: &State) -> State {
         let (start, end) = self.clock;
         let s = if t >= end { 1.0 } else { (t - start) / (end - start) };
         let mix = |a: f64, b: f64| if s >= 1.0 { b } else { a + s * (b - a) };

@@ -66,7 +66,7 @@ use super::{
     Integrator, Result, SolveError, StepReport, Workspace, end_of_fixed_step, end_of_step,
 };
 use crate::Vec3;
-use crate::model::{SignalColumns, State, Storage, TimeCourse};
+use crate::model::{LinearInTime, SignalColumns, State, Storage};
 use crate::num::checked::Positive;
 use crate::record::{Malformed, Record};
 
@@ -163,7 +163,7 @@ impl Integrator for Staggered {
     fn memory(&self) -> Record {
         let Self { step, first, error, motion, stabilised, .. } = self;
         let (motion, stabilised) = (motion.memory(), stabilised.clone());
-        Record::of(&Memory { step: *step, first: *first, error: *error, motion, stabilised })
+        Record::encode(&Memory { step: *step, first: *first, error: *error, motion, stabilised })
     }
 
     fn is_storable(&self) -> bool {
@@ -284,7 +284,7 @@ impl Staggered {
         let step = time - state.time;
         let mut next = state.clone();
         if self.policy.chemistry > 0.0 {
-            let signals = TimeCourse::still(workspace.at(state).signals()?.clone());
+            let signals = LinearInTime::still(workspace.at(state).signals()?.clone());
             let inner = self.inner();
             next.species = self.chemistry.advance(workspace, state, time, signals, inner)?;
         }
@@ -340,14 +340,14 @@ impl Staggered {
                     return Ok(report);
                 }
                 Ok((_, error)) => {
-                    let new = Rejection { error, ..Rejection::of(state, step, Cause::Error) };
+                    let new = Rejection { error, ..Rejection::new(state, step, Cause::Error) };
                     workspace.reject(new);
                     tried = step * shortening(error);
                 }
                 Err(error) if error.is_recoverable() => {
                     let message = error.to_string();
                     report.reason = Some(message.clone());
-                    let new = Rejection { message, ..Rejection::of(state, step, error.cause()) };
+                    let new = Rejection { message, ..Rejection::new(state, step, error.cause()) };
                     workspace.reject(new);
                     tried = step / (MAX_STEP_GROWTH * MAX_STEP_GROWTH);
                     if tried < shortest {
@@ -404,14 +404,14 @@ impl Staggered {
         if self.policy.chemistry == 0.0 {
             return self.try_steady(workspace, state, next, report);
         }
-        let frozen = TimeCourse::still(now.clone());
+        let frozen = LinearInTime::still(now.clone());
         next.species = self.chemistry.advance(workspace, state, time, frozen, inner)?;
         workspace.model.keep_in_range(&mut next.species, time, tolerance)?;
         next.internal = self.flow(workspace, state, &next)?;
         let coarse = self.follow_shape(workspace, state, &mut next, &mut report.relaxation)?;
         let mut predicted = next.clone();
         let later = workspace.at(&next).signals()?.clone();
-        let signals = TimeCourse::new((state.time, now.clone()), (time, later));
+        let signals = LinearInTime::new((state.time, now.clone()), (time, later));
         let mut on = state.clone();
         if workspace.model.diffuses() {
             on.x.iter_mut().zip(&next.x).for_each(|(a, b)| *a = 0.5 * (*a + b));

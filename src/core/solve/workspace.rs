@@ -13,13 +13,13 @@ use super::rejections::{Cause, Rejection, Rejections};
 use super::stability::Stability;
 use super::{Result, SolveError};
 use crate::Vec3;
-use crate::model::{Evaluation, Memory, Model, Potential, Stabilisation, State};
+use crate::model::{Evaluation, EvaluationBuffers, Model, Potential, Stabilisation, State};
 use crate::ode::Rejected;
 use crate::record::{Malformed, Record};
 use crate::reduction::Reduction;
 use crate::solve::Control;
 
-pub(super) use minimisation::{Bound, Held, Minimisation};
+pub(super) use minimisation::{Bound, Minimisation, RampConditions};
 pub(super) use rest::DISTANCE_TOLERANCE;
 
 /// How a shape is relaxed.
@@ -40,7 +40,7 @@ pub struct Workspace {
     pub control: Control,
     /// How a quasi-static shape is stabilised.
     pub stabilisation: Stabilisation,
-    memory: Memory,
+    memory: EvaluationBuffers,
     relaxer: Option<Relaxer>,
     rejections: Rejections,
     stuck: Option<State>,
@@ -51,7 +51,7 @@ pub struct Workspace {
 impl Workspace {
     /// For `model`; without a relaxer its shape never moves.
     pub fn new(model: Arc<Model>, relaxer: Option<Relaxer>) -> Self {
-        let (control, memory) = (Control::default(), Memory::default());
+        let (control, memory) = (Control::default(), EvaluationBuffers::default());
         Self {
             model,
             control,
@@ -80,7 +80,7 @@ impl Workspace {
     /// The same of those of a library at a step from `state`.
     pub(super) fn reject_all(&mut self, state: &State, rejected: Rejected) {
         let mut reject = |cause, message| {
-            self.reject(Rejection { message, ..Rejection::of(state, f64::NAN, cause) });
+            self.reject(Rejection { message, ..Rejection::new(state, f64::NAN, cause) });
         };
         (0..rejected.error).for_each(|_| reject(Cause::Error, String::new()));
         (0..rejected.newton).for_each(|_| reject(Cause::Solver, String::new()));

@@ -53,7 +53,7 @@ pub(super) struct Window {
 
 impl Breakpoints {
     /// Those of `effects` until the time `until`.
-    pub(crate) fn of<'a>(
+    pub(crate) fn collect<'a>(
         effects: impl IntoIterator<Item = &'a dyn EffectSpec>,
         sheet: &Sheet,
         until: f64,
@@ -171,7 +171,7 @@ impl Breakpoints {
 
     /// The first of them, in words; none without any.
     #[must_use]
-    pub fn listed(&self) -> Option<String> {
+    pub fn describe(&self) -> Option<String> {
         if self.times.is_empty() {
             return None;
         }

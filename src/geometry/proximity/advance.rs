@@ -75,7 +75,7 @@ impl PairKind {
 /// Positions of the corners `of`.
 #[must_use]
 #[inline]
-pub fn at(x: &[Vec3], of: &[u32; 4]) -> Corners {
+pub fn corner_positions(x: &[Vec3], of: &[u32; 4]) -> Corners {
     of.map(|v| x[v as usize])
 }
 
@@ -94,12 +94,12 @@ impl Reach {
     /// The reach of features that are so far apart at rest.
     #[inline]
     #[must_use]
-    pub fn at(&self, kind: PairKind, at_rest: f64) -> f64 {
-        self.of(kind).min(MAX_REACH_SHARE * self.shrinkage * at_rest)
+    pub fn limited_by_rest(&self, kind: PairKind, at_rest: f64) -> f64 {
+        self.for_kind(kind).min(MAX_REACH_SHARE * self.shrinkage * at_rest)
     }
 
     /// The reach of features that are far apart at rest.
-    pub(super) fn of(&self, kind: PairKind) -> f64 {
+    pub(super) fn for_kind(&self, kind: PairKind) -> f64 {
         match kind {
             PairKind::PointTriangle => self.points,
             PairKind::EdgeEdge => self.edges,

@@ -15,7 +15,7 @@ pub(super) struct Ball {
 impl Ball {
     /// Around `corners` in `x`, on the step `d` if there is one.
     #[inline]
-    pub(super) fn of(corners: &[u32], x: &[Vec3], d: Option<&[Vec3]>) -> Self {
+    pub(super) fn around(corners: &[u32], x: &[Vec3], d: Option<&[Vec3]>) -> Self {
         let (centre, radius) = enclosing(corners, x);
         let (drift, spread) = d.map_or((Vec3::zeros(), 0.0), |d| enclosing(corners, d));
         Self { centre, radius, drift, spread }

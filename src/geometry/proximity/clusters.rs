@@ -65,7 +65,7 @@ fn connected(sheet: &Sheet, part: &[u32]) -> Vec<Vec<u32>> {
         let (mut found, mut next) = (vec![first], 0);
         while let Some(v) = found.get(next).copied() {
             next += 1;
-            for (_, other) in sheet.vertex_edges().of(v as usize) {
+            for (_, other) in sheet.vertex_edges().entries(v as usize) {
                 let same = part[*other as usize] == part[v as usize];
                 if same && !std::mem::replace(&mut seen[*other as usize], true) {
                     found.push(*other);
@@ -80,7 +80,7 @@ fn connected(sheet: &Sheet, part: &[u32]) -> Vec<Vec<u32>> {
 
 /// Splits `vertices` at the median of their longest extent until they are few, or within `extent`.
 fn split(vertices: &mut [u32], rest: &[Vec3], extent: f64, take: &mut dyn FnMut(&[u32])) {
-    let size = Bounds::of(vertices.iter().map(|v| rest[*v as usize])).size();
+    let size = Bounds::enclosing(vertices.iter().map(|v| rest[*v as usize])).size();
     if vertices.len() <= CLUSTER_VERTICES || size.max() <= extent {
         take(vertices);
         return;

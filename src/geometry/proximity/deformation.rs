@@ -114,7 +114,7 @@ impl Deformation {
     }
 
     /// The deformation at `x`.
-    pub(super) fn at(&self, (sheet, clusters): (&Sheet, &[Cluster]), x: &[Vec3]) -> Deformed {
+    pub(super) fn evaluate(&self, (sheet, clusters): (&Sheet, &[Cluster]), x: &[Vec3]) -> Deformed {
         let mut gradients = vec![[Vec3::zeros(); 2]; sheet.triangle_count()];
         parallel::fill(&mut gradients, |t| self.gradient(sheet, x, t));
         let mut means = vec![None; clusters.len()];

@@ -12,6 +12,6 @@ mod pairs;
 mod patches;
 mod search;
 
-pub use advance::{Pair, PairKind, Reach, at};
+pub use advance::{Pair, PairKind, Reach, corner_positions};
 pub use nearest::{Corners, Nearest, edge_edge, point_edge, point_point, point_triangle};
 pub use pairs::Proximity;

@@ -53,7 +53,7 @@ pub(super) struct ClusterMotion {
 
 impl ClusterMotion {
     /// Of one cluster.
-    pub(super) fn of(cluster: &Cluster, moved: &impl Fn(u32) -> Vec3) -> Self {
+    pub(super) fn new(cluster: &Cluster, moved: &impl Fn(u32) -> Vec3) -> Self {
         let middle = moved(cluster.middle);
         let apart = |v: &u32| (moved(*v) - middle).norm_squared();
         let spread = cluster.corners.iter().map(apart).fold(0.0, f64::max).sqrt();
@@ -63,7 +63,7 @@ impl ClusterMotion {
     /// Of all clusters, into `all`.
     fn all(clusters: &[Cluster], moved: &(impl Fn(u32) -> Vec3 + Sync), all: &mut Vec<Self>) {
         all.resize(clusters.len(), Self { middle: Vec3::zeros(), spread: 0.0 });
-        parallel::fill(all, |k| Self::of(&clusters[k], moved));
+        parallel::fill(all, |k| Self::new(&clusters[k], moved));
     }
 
     /// By how much features of any two clusters of `all` have come nearer at most, or by so much more than before.
@@ -109,7 +109,7 @@ impl Neighbours {
             let (cluster, now) = (&clusters[k], clusters[k].bounds(x));
             let Some(d) = d else { return Boxes { now, swept: now, ..none } };
             let end = |v: &u32| x[*v as usize] + d[*v as usize] - common;
-            let swept = now.with(&Bounds::of(cluster.corners.iter().map(end)));
+            let swept = now.with(&Bounds::enclosing(cluster.corners.iter().map(end)));
             Boxes { now, swept, moves: cluster.bounds(d) }
         });
         tree.refit(|k| boxes[k as usize].swept);

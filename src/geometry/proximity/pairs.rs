@@ -13,7 +13,7 @@
 use rumple_numerics::{Vec3, parallel};
 use rumple_sheet::Sheet;
 
-use super::advance::{Pair, PairKind, Reach, at};
+use super::advance::{Pair, PairKind, Reach, corner_positions};
 use super::clusters::clusters;
 use super::deformation::{Deformation, Deformed, changes};
 use super::list::PairList;
@@ -94,9 +94,9 @@ impl Proximity {
         end.clear();
         end.extend(x.iter().zip(direction).map(|(x, d)| x + d));
         let share = |pair: &Pair| {
-            let from = at(x, &pair.corners);
+            let from = corner_positions(x, &pair.corners);
             let least = MIN_DISTANCE_SHARE * pair.reach.min(pair.kind.distance(&from));
-            pair.kind.free_share(&from, &at(direction, &pair.corners), least)
+            pair.kind.free_share(&from, &corner_positions(direction, &pair.corners), least)
         };
         let least = |pairs: &[Pair]| -parallel::max(pairs.len(), |k| -share(&pairs[k]));
         let on_sheet = (sheet, self.clusters.as_slice());
@@ -132,7 +132,7 @@ impl Proximity {
         before: Option<PairList>,
     ) -> PairList {
         let Self { clusters, deformation, .. } = &*self;
-        let deformed = deformation.at((sheet, clusters), x);
+        let deformed = deformation.evaluate((sheet, clusters), x);
         let needed = MAX_REACH_SHARE * range.shrinkage;
         let old = before
             .as_ref()
@@ -155,9 +155,10 @@ impl Proximity {
             neighbours.reuse_pairs(&self.clusters, &before.neighbours, &moved);
         }
         let keep = |kind: PairKind, corners: &[u32; 4]| {
-            let distance = kind.distance(&at(x, corners)) - slack;
+            let distance = kind.distance(&corner_positions(x, corners)) - slack;
             // Distances at rest are asked for last: most pairs are out of reach without.
-            let reach = (distance < range.of(kind)).then(|| reach(kind, sheet, corners, &range))?;
+            let reach =
+                (distance < range.for_kind(kind)).then(|| reach(kind, sheet, corners, &range))?;
             (distance < reach).then_some(reach)
         };
         let search = PairSearch { sheet, x, d: None, limit, keep: &keep };
@@ -180,7 +181,7 @@ impl Proximity {
     ) -> Vec<Pair> {
         let Self { clusters, tree, deformation, list, .. } = self;
         let Some(PairList { gradients, bounds, .. }) = list else { return Vec::new() };
-        let [at_start, at_end] = [x, end].map(|x| deformation.at((sheet, clusters), x));
+        let [at_start, at_end] = [x, end].map(|x| deformation.evaluate((sheet, clusters), x));
         let needed = MIN_DISTANCE_SHARE * MAX_REACH_SHARE * range.shrinkage;
         let changes = changes(clusters, gradients, &at_end.gradients);
         let mut apart = vec![false; clusters.len()];
@@ -206,7 +207,7 @@ impl Proximity {
 
 /// The reach of a pair.
 fn reach(kind: PairKind, sheet: &Sheet, corners: &[u32; 4], range: &Reach) -> f64 {
-    range.at(kind, kind.distance(&at(sheet.rest(), corners)))
+    range.limited_by_rest(kind, kind.distance(&corner_positions(sheet.rest(), corners)))
 }
 
 #[cfg(test)]

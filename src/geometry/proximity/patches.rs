@@ -88,7 +88,7 @@ impl Cluster {
 
     /// The box of its corners in `x`.
     pub(super) fn bounds(&self, x: &[Vec3]) -> Bounds {
-        Bounds::of(self.corners.iter().map(|v| x[*v as usize]))
+        Bounds::enclosing(self.corners.iter().map(|v| x[*v as usize]))
     }
 }
 
@@ -167,11 +167,11 @@ impl<'a> Patches<'a> {
         let boxes: Vec<Bounds> =
             self.clusters.iter().map(|c| c.bounds(self.sheet.rest())).collect();
         let tree = BoxTree::new(&boxes);
-        (0..self.clusters.len()).map(|k| self.of(k, &boxes, &tree)).collect()
+        (0..self.clusters.len()).map(|k| self.patch(k, &boxes, &tree)).collect()
     }
 
     /// The patch around cluster `k`.
-    fn of(&mut self, k: usize, boxes: &[Bounds], tree: &BoxTree) -> Patch {
+    fn patch(&mut self, k: usize, boxes: &[Bounds], tree: &BoxTree) -> Patch {
         let own = &self.clusters[k];
         let mut covers = Vec::new();
         let limit =

@@ -20,23 +20,24 @@ impl Limit<'_> {
     #[inline]
     fn holds(&self, kind: PairKind, gap: f64, span: impl FnOnce() -> f64) -> bool {
         let gap = gap - self.slack;
-        gap < self.share * self.range.of(kind) && gap < self.share * self.range.at(kind, span())
+        gap < self.share * self.range.for_kind(kind)
+            && gap < self.share * self.range.limited_by_rest(kind, span())
     }
 
     /// The distance at which no pair is wanted.
     pub(super) fn farthest(&self) -> f64 {
-        self.of(PairKind::PointTriangle).max(self.of(PairKind::EdgeEdge))
+        self.reach(PairKind::PointTriangle).max(self.reach(PairKind::EdgeEdge))
     }
 
     /// The same of pairs of a kind.
     #[inline]
-    fn of(&self, kind: PairKind) -> f64 {
-        self.share * self.range.of(kind) + self.slack
+    fn reach(&self, kind: PairKind) -> f64 {
+        self.share * self.range.for_kind(kind) + self.slack
     }
 
     /// By how much features of two clusters, at least `gap` apart and at rest at most `span`, are too far apart.
     pub(super) fn excess_distance(&self, gap: f64, span: f64) -> f64 {
-        let of = |kind| self.range.at(kind, span);
+        let of = |kind| self.range.limited_by_rest(kind, span);
         gap - self.slack - self.share * of(PairKind::PointTriangle).max(of(PairKind::EdgeEdge))
     }
 }
@@ -51,11 +52,11 @@ struct Feature<const M: usize> {
 }
 
 impl<const M: usize> Feature<M> {
-    fn of(
+    fn new(
         (number, corners): (u32, [u32; M]),
         (rest, x, d): (&[Vec3], &[Vec3], Option<&[Vec3]>),
     ) -> Self {
-        let [now, rest] = [Ball::of(&corners, x, d), Ball::of(&corners, rest, None)];
+        let [now, rest] = [Ball::around(&corners, x, d), Ball::around(&corners, rest, None)];
         Self { number, corners, now, rest }
     }
 }
@@ -84,11 +85,11 @@ impl<K: Fn(PairKind, &[u32; 4]) -> Option<f64> + Sync> PairSearch<'_, K> {
         let Self { sheet, x, d, .. } = *self;
         let places = (sheet.rest(), x, d);
         let Cluster { vertices, edges, triangles, corners, .. } = cluster;
-        let edge = |e: &u32| Feature::of((*e, sheet.edges()[*e as usize].vertices), places);
-        let triangle = |t: &u32| Feature::of((*t, sheet.triangles()[*t as usize]), places);
+        let edge = |e: &u32| Feature::new((*e, sheet.edges()[*e as usize].vertices), places);
+        let triangle = |t: &u32| Feature::new((*t, sheet.triangles()[*t as usize]), places);
         Features {
-            all: Ball::of(corners, x, d),
-            vertices: vertices.iter().map(|v| Feature::of((*v, [*v]), places)).collect(),
+            all: Ball::around(corners, x, d),
+            vertices: vertices.iter().map(|v| Feature::new((*v, [*v]), places)).collect(),
             edges: edges.iter().map(edge).collect(),
             triangles: triangles.iter().map(triangle).collect(),
         }
@@ -161,7 +162,7 @@ impl<K: Fn(PairKind, &[u32; 4]) -> Option<f64> + Sync> PairSearch<'_, K> {
         one: &Feature<M>,
         other: &Feature<N>,
     ) -> bool {
-        one.now.comes_within(&other.now, self.limit.of(kind))
+        one.now.comes_within(&other.now, self.limit.reach(kind))
             && self.limit.holds(kind, one.now.min_distance(&other.now), || {
                 one.rest.max_distance(&other.rest)
             })

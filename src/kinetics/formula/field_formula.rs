@@ -98,7 +98,7 @@ impl FieldFormula {
     /// # Errors
     /// If the text is not a formula, or mentions anything else.
     pub fn new(text: &str, timed: bool) -> Result<Self, FormulaError> {
-        Self::of(text, timed, false)
+        Self::parse_with(text, timed, false)
     }
 
     /// Like [`FieldFormula::new`], where `distance_to_boundary` is a name as well.
@@ -106,12 +106,12 @@ impl FieldFormula {
     /// # Errors
     /// As for [`FieldFormula::new`].
     pub fn on_sheet(text: &str, timed: bool) -> Result<Self, FormulaError> {
-        Self::of(text, timed, true)
+        Self::parse_with(text, timed, true)
     }
 
-    fn of(text: &str, timed: bool, on_sheet: bool) -> Result<Self, FormulaError> {
+    fn parse_with(text: &str, timed: bool, on_sheet: bool) -> Result<Self, FormulaError> {
         let names = known_names(timed, on_sheet);
-        let mut graph = Graph::of(text.len());
+        let mut graph = Graph::with_budget(text.len());
         let tree = parse::parse(text)?;
         let mut read = [false; NAMES.len()];
         let id = graph.insert(&tree, &mut |graph, name| {
@@ -136,7 +136,7 @@ impl FieldFormula {
         })?;
         let [x, y, z, varying, distance] = read;
         let placed = x || y || z || distance;
-        let kinks = Kinks::of(&mut graph, &[id], (TIME, !placed), |_| true);
+        let kinks = Kinks::find(&mut graph, &[id], (TIME, !placed), |_| true);
         Ok(Self { program: Program::new(&graph, &[id]), kinks, placed, timed: varying, distance })
     }
 
@@ -172,7 +172,7 @@ impl FieldFormula {
 
     /// Its values at all points.
     #[must_use]
-    pub fn at<'a>(&self, places: impl Into<Places<'a>>, time: f64) -> Vec<f64> {
+    pub fn evaluate<'a>(&self, places: impl Into<Places<'a>>, time: f64) -> Vec<f64> {
         let places = places.into();
         let columns = places.columns();
         let mut inputs: Vec<Column<'_>> = columns.iter().map(Into::into).collect();
@@ -192,7 +192,7 @@ pub fn time_dependence<'a>(
     found: &mut TimeDependence,
 ) {
     let places = places.into();
-    let mut graph = Graph::of(text.len());
+    let mut graph = Graph::with_budget(text.len());
     let Ok(tree) = parse::parse(text) else { return };
     let id = graph.insert(&tree, &mut |graph, name| {
         let known = NAMES.iter().position(|known| *known == name).unwrap_or(NAMES.len());
@@ -203,7 +203,7 @@ pub fn time_dependence<'a>(
     });
     if let Ok(id) = id {
         let fixed = |input| input < TIME || input == DISTANCE;
-        let kinks = Kinks::of(&mut graph, &[id], (TIME, false), fixed);
+        let kinks = Kinks::find(&mut graph, &[id], (TIME, false), fixed);
         kinks.at_points(until, places.len(), |k, point| places.input(k, point), found);
     }
 }

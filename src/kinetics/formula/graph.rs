@@ -175,7 +175,7 @@ pub(super) struct TooLarge(usize);
 
 impl TooLarge {
     /// The same about the formula `text`, at which it was found.
-    pub(super) fn at(self, text: &str) -> FormulaError {
+    pub(super) fn in_formula(self, text: &str) -> FormulaError {
         let message = format!("the law has more than {} operations with its derivatives", self.0);
         let help =
             "every rate is differentiated by every species and signal: fewer species, or a plugin";
@@ -198,7 +198,7 @@ pub(super) struct Graph {
 
 impl Graph {
     /// That of formulas with so many bytes in all.
-    pub(super) fn of(bytes: usize) -> Self {
+    pub(super) fn with_budget(bytes: usize) -> Self {
         let most = bytes.saturating_mul(OPERATIONS_PER_BYTE).clamp(MIN_OPERATIONS, MAX_OPERATIONS);
         Self { most, ..Self::default() }
     }

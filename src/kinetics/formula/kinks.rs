@@ -55,12 +55,12 @@ impl Kinks {
     /// Those of the rates of a law of so many species.
     pub(super) fn of_rates(graph: &mut Graph, rates: &[Id], species: usize) -> Self {
         let [time, varying] = Self::numbers(species).map(rumple_numerics::num::index);
-        Self::of(graph, rates, (time, false), |input| input >= varying)
+        Self::find(graph, rates, (time, false), |input| input >= varying)
     }
 
     /// Those of `outputs`, of which the input `time` is the time and which end steps where they are `turning`; `fixed`
     /// says of other inputs whether they stay as they are at every point.
-    pub(super) fn of(
+    pub(super) fn find(
         graph: &mut Graph,
         outputs: &[Id],
         (time, turning): (u32, bool),
@@ -174,7 +174,7 @@ impl RootSearch<'_> {
         self.graph.evaluate(self.inputs, times, &mut self.values);
     }
 
-    fn at(&mut self, which: usize, time: f64) -> f64 {
+    fn value(&mut self, which: usize, time: f64) -> f64 {
         self.evaluate(Interval::point(time));
         self.values[which].middle()
     }
@@ -204,7 +204,7 @@ impl RootSearch<'_> {
                     continue;
                 }
                 let change = slope.multiply(Interval::new(low - middle, high - middle));
-                let around = Interval::point(self.at(switch.value, middle)).add(change);
+                let around = Interval::point(self.value(switch.value, middle)).add(change);
                 if !around.may_be_zero() {
                     continue;
                 }
@@ -216,7 +216,7 @@ impl RootSearch<'_> {
 
     /// The root of a monotone function, if its sign changes.
     fn bisect(&mut self, which: usize, Interval { mut low, mut high }: Interval) -> Option<f64> {
-        let (at_low, at_high) = (self.at(which, low), self.at(which, high));
+        let (at_low, at_high) = (self.value(which, low), self.value(which, high));
         if at_low == 0.0 || at_high == 0.0 {
             return Some(if at_low == 0.0 { low } else { high });
         }
@@ -228,7 +228,7 @@ impl RootSearch<'_> {
             if !(low < middle && middle < high) {
                 return Some(high);
             }
-            match self.at(which, middle) {
+            match self.value(which, middle) {
                 0.0 => return Some(middle),
                 value if value.signum() == at_low.signum() => low = middle,
                 _ => high = middle,

@@ -203,7 +203,7 @@ impl FormulaKinetics {
             let error = FormulaError::new(0..text.len(), message).help("write it as a plugin");
             return Err(LawError { formula: FormulaIndex::Rate(0), error });
         }
-        let mut graph = Graph::of(law.size());
+        let mut graph = Graph::with_budget(law.size());
         let mut names = Names::new(law);
         names.define(&mut graph)?;
         let zero = graph.constant(0.0);
@@ -265,7 +265,7 @@ impl FormulaKinetics {
         // Which formula takes most room is not known: the first stands for all.
         let too_large = |large: TooLarge| LawError {
             formula: FormulaIndex::Rate(0),
-            error: large.at(law.rates.first().map_or("", |rate| &rate.text)),
+            error: large.in_formula(law.rates.first().map_or("", |rate| &rate.text)),
         };
         let wanted = with_slopes(&mut graph, rates, differentiated).map_err(too_large)?;
         let by_species =

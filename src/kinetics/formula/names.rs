@@ -146,7 +146,7 @@ impl<'a> Names<'a> {
         while let Some(k) = ready.pop_first() {
             let find = &mut |graph: &mut Graph, name: &str| self.find(graph, name);
             let id = graph.insert(&trees[k], find).map_err(wrong(k))?;
-            graph.room().map_err(|large| wrong(k)(large.at(&law.lets[k].text)))?;
+            graph.room().map_err(|large| wrong(k)(large.in_formula(&law.lets[k].text)))?;
             self.lets.insert(&law.lets[k].name, id);
             for &whole in &part_of[k] {
                 open[whole] -= 1;

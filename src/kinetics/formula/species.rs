@@ -46,7 +46,7 @@ impl SpeciesFormula {
     /// # Errors
     /// If the text is not a formula, or mentions anything else.
     pub fn new(text: &str, species: &[&str], timed: bool) -> Result<Self, FormulaError> {
-        let mut graph = Graph::of(text.len());
+        let mut graph = Graph::with_budget(text.len());
         let tree = parse::parse(text)?;
         let (mut read, mut varying, mut distance) = (Vec::new(), false, false);
         let id = graph.insert(&tree, &mut |graph, name| {
@@ -70,7 +70,8 @@ impl SpeciesFormula {
         read.sort_unstable();
         read.dedup();
         let slopes = read.iter().map(|s| graph.slope(id, index(FIRST_SPECIES + s)));
-        let slopes: Vec<_> = slopes.collect::<Result<_, _>>().map_err(|large| large.at(text))?;
+        let slopes: Vec<_> =
+            slopes.collect::<Result<_, _>>().map_err(|large| large.in_formula(text))?;
         graph.complete();
         let (value, slopes) = (Program::new(&graph, &[id]), Program::new(&graph, &slopes));
         Ok(Self { value, slopes, read, timed: varying, distance })
@@ -96,7 +97,7 @@ impl SpeciesFormula {
 
     /// Its values at all points and a time; `species` gives the values there of the species of a number.
     #[must_use]
-    pub fn at<'a>(
+    pub fn evaluate<'a>(
         &self,
         places: impl Into<Places<'a>>,
         time: f64,

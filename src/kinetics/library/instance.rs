@@ -216,7 +216,7 @@ impl PluginKinetics {
             if let Some(site) = error.site_mut() {
                 let point = site.point.saturating_sub(batch.first);
                 let descriptor = &self.library.descriptor;
-                *site = Site::of(batch, descriptor, &descriptor.signals, point);
+                *site = Site::new(batch, descriptor, &descriptor.signals, point);
             }
             error
         })

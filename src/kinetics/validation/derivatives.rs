@@ -49,7 +49,7 @@ impl Wrong {
         let descriptor = kinetics.descriptor();
         let call = self.quantity.call(true);
         let derivative = self.quantity.describe(descriptor, true, self.entry);
-        let site = Site { point, ..Site::of(batch, descriptor, &descriptor.signals, self.point) };
+        let site = Site { point, ..Site::new(batch, descriptor, &descriptor.signals, self.point) };
         format!(
             "{} gives {} in {call} for {derivative} at {site}, where differences give {:.9e}",
             descriptor.title(),

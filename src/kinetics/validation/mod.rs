@@ -61,7 +61,8 @@ pub fn trial(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Vec<String>, 
         let law = kinetics.descriptor();
         let mut wrong = Vec::new();
         for quantity in Quantity::ALL.into_iter().filter(|quantity| quantity.has_partials(law)) {
-            wrong.extend(derivatives::compare(kinetics, quantity, &part.of(quantity))?.wrong);
+            wrong
+                .extend(derivatives::compare(kinetics, quantity, &part.inputs_of(quantity))?.wrong);
         }
         notes.extend(wrong.iter().map(|wrong| {
             let point = batch.first + picked[wrong.point];

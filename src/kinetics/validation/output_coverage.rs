@@ -11,7 +11,7 @@ pub(super) fn check(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<(), Ki
     let law = kinetics.descriptor();
     let given = |quantity: &Quantity| quantity.is_given(law) && *quantity != Quantity::Observables;
     for quantity in Quantity::ALL.into_iter().filter(given) {
-        let batch = &batch.of(quantity);
+        let batch = &batch.inputs_of(quantity);
         check_quantity(kinetics, quantity, batch, false)?;
         if quantity.has_partials(law) {
             check_quantity(kinetics, quantity, batch, true)?;

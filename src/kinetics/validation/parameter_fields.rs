@@ -51,7 +51,7 @@ pub(super) fn as_instances(
     let law = kinetics.descriptor();
     let all = [Quantity::Rates, Feedback::LengthFactor.into()];
     for quantity in all.into_iter().filter(|quantity| quantity.is_given(law)) {
-        let batch = &batch.of(quantity);
+        let batch = &batch.inputs_of(quantity);
         let found = values(kinetics, quantity, batch)?;
         let expected = values(other.as_ref(), quantity, batch)?;
         for column in 0..quantity.outputs(law) {

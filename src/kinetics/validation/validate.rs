@@ -175,7 +175,7 @@ fn wrong_derivatives(kinetics: &dyn Kinetics, samples: &Samples) -> Check {
             let found = derivatives::compare(kinetics, quantity, batch)?;
             let wrong = found.wrong.map(|w| w.describe(kinetics, batch, w.point));
             let signals = quantity.signals(law);
-            let place = |point| Site::of(batch, law, signals, point).to_string();
+            let place = |point| Site::new(batch, law, signals, point).to_string();
             Ok::<_, KineticsError>((wrong, found.unbounded.map(place)))
         })?;
         match outcome {

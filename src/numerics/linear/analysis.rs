@@ -19,14 +19,14 @@ use crate::num::index;
 /// Numbers of a factor.
 pub trait Precision: faer::traits::RealField + Copy {
     /// Rounded from double precision.
-    fn of(value: f64) -> Self;
+    fn from_f64(value: f64) -> Self;
 
     /// In double precision.
     fn number(self) -> f64;
 }
 
 impl Precision for f64 {
-    fn of(value: f64) -> Self {
+    fn from_f64(value: f64) -> Self {
         value
     }
 
@@ -42,7 +42,7 @@ const NEGLIGIBLE_ENTRY: f64 = 1e-13;
 
 impl Precision for f32 {
     #[expect(clippy::cast_possible_truncation, reason = "rounding is what is wanted")]
-    fn of(value: f64) -> Self {
+    fn from_f64(value: f64) -> Self {
         if value.abs() < NEGLIGIBLE_ENTRY { 0.0 } else { value as Self }
     }
 
@@ -90,7 +90,7 @@ impl<T: Precision> Analysis<T> {
             parameters,
         )
         .map_err(|e| LinearError::new(format!("symbolic factorisation of {n} unknowns: {e:?}")))?;
-        let value = vec![T::of(0.0); row_index.len()];
+        let value = vec![T::from_f64(0.0); row_index.len()];
         Ok(Self { pattern, symbolic, column_start, row_index, value })
     }
 
@@ -115,7 +115,7 @@ impl<T: Precision> Analysis<T> {
         let mut values = self.value.iter_mut();
         matrix.for_each_lower(|entry| {
             if let Some(value) = values.next() {
-                *value = T::of(scale * entry);
+                *value = T::from_f64(scale * entry);
             }
         });
     }
@@ -133,7 +133,7 @@ impl<T: Precision> Analysis<T> {
 pub(super) fn pack<T: Precision>(axes: usize, v: &[Vec3], scale: f64, into: &mut [T]) {
     for (place, v) in into.chunks_exact_mut(axes).zip(v) {
         for (place, v) in place.iter_mut().zip(v.as_slice()) {
-            *place = T::of(scale * v);
+            *place = T::from_f64(scale * v);
         }
     }
 }

@@ -29,7 +29,7 @@ enum Mode<'a> {
 }
 
 /// One of the lists that a matrix is filled from: it names its entries in an order of its own.
-pub type Part<'a> = dyn Fn(&mut Entries<'_>) + Sync + 'a;
+pub type Contribution<'a> = dyn Fn(&mut Entries<'_>) + Sync + 'a;
 
 impl Entries<'_> {
     /// Adds `value` at (`row`, `column`).
@@ -186,7 +186,7 @@ impl Assembly {
     pub fn in_parts(
         rows: usize,
         columns: usize,
-        parts: &[&Part<'_>],
+        parts: &[&Contribution<'_>],
         name: impl FnOnce(&mut Entries<'_>),
     ) -> Self {
         Self::look_up((rows, columns), parts, name, false)
@@ -194,7 +194,7 @@ impl Assembly {
 
     fn look_up(
         (rows, columns): (usize, usize),
-        parts: &[&Part<'_>],
+        parts: &[&Contribution<'_>],
         name: impl FnOnce(&mut Entries<'_>),
         in_strips: bool,
     ) -> Self {
@@ -234,7 +234,11 @@ impl Assembly {
     }
 
     /// The same for `parts`, as many as at first.
-    pub fn fill_in_parts(&mut self, parts: &[&Part<'_>], mut name: impl FnMut(&mut Entries<'_>)) {
+    pub fn fill_in_parts(
+        &mut self,
+        parts: &[&Contribution<'_>],
+        mut name: impl FnMut(&mut Entries<'_>),
+    ) {
         let (mut lists, mut rest, mut begin) = (Vec::new(), &mut *self.named, 0);
         for (part, &end) in parts.iter().zip(&self.ends) {
             let (list, tail) = rest.split_at_mut(end - begin);

@@ -23,7 +23,7 @@ pub type PlaneBlock = nalgebra::Matrix2<f64>;
 
 /// The blocks of a matrix, one after the other.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub enum Values {
+pub enum BlockValues {
     /// Of a matrix in space.
     Space(Vec<Block>),
     /// Of one in a plane.
@@ -81,7 +81,7 @@ fn widened(block: &PlaneBlock) -> Block {
 #[derive(Debug, Clone)]
 pub struct BlockMatrix {
     pattern: Arc<BlockPattern>,
-    value: Values,
+    value: BlockValues,
     outside: Option<[u32; 2]>,
 }
 
@@ -115,9 +115,9 @@ impl BlockMatrix {
     pub fn zeros(pattern: Arc<BlockPattern>) -> Self {
         let count = pattern.column.len();
         let value = if pattern.is_planar() {
-            Values::Plane(vec![PlaneBlock::zeros(); count])
+            BlockValues::Plane(vec![PlaneBlock::zeros(); count])
         } else {
-            Values::Space(vec![Block::zeros(); count])
+            BlockValues::Space(vec![Block::zeros(); count])
         };
         Self { pattern, value, outside: None }
     }
@@ -133,8 +133,10 @@ impl BlockMatrix {
     pub fn clear(&mut self) {
         self.outside = None;
         match &mut self.value {
-            Values::Space(all) => crate::parallel::update(all, |_, b| *b = Block::zeros()),
-            Values::Plane(all) => crate::parallel::update(all, |_, b| *b = PlaneBlock::zeros()),
+            BlockValues::Space(all) => crate::parallel::update(all, |_, b| *b = Block::zeros()),
+            BlockValues::Plane(all) => {
+                crate::parallel::update(all, |_, b| *b = PlaneBlock::zeros())
+            }
         }
     }
 
@@ -153,16 +155,16 @@ impl BlockMatrix {
     #[inline]
     pub(super) fn block(&self, place: usize) -> Block {
         match &self.value {
-            Values::Space(all) => all[place],
-            Values::Plane(all) => widened(&all[place]),
+            BlockValues::Space(all) => all[place],
+            BlockValues::Plane(all) => widened(&all[place]),
         }
     }
 
     /// All stored blocks, row by row.
     pub(super) fn values_mut(&mut self) -> ValuesMut<'_> {
         match &mut self.value {
-            Values::Space(all) => ValuesMut { space: all, plane: &mut [] },
-            Values::Plane(all) => ValuesMut { space: &mut [], plane: all },
+            BlockValues::Space(all) => ValuesMut { space: all, plane: &mut [] },
+            BlockValues::Plane(all) => ValuesMut { space: &mut [], plane: all },
         }
     }
 
@@ -170,14 +172,14 @@ impl BlockMatrix {
     #[must_use]
     pub fn bytes(&self) -> usize {
         match &self.value {
-            Values::Space(all) => size_of_val(&**all),
-            Values::Plane(all) => size_of_val(&**all),
+            BlockValues::Space(all) => size_of_val(&**all),
+            BlockValues::Plane(all) => size_of_val(&**all),
         }
     }
 
     /// The values; those of another matrix with the same pattern can be put in their place.
     #[must_use]
-    pub fn values(&self) -> &Values {
+    pub fn values(&self) -> &BlockValues {
         &self.value
     }
 
@@ -199,10 +201,10 @@ impl BlockMatrix {
     ///
     /// # Errors
     /// [`Malformed`] if there are more or fewer.
-    pub fn set_values(&mut self, values: Values) -> Result<(), Malformed> {
+    pub fn set_values(&mut self, values: BlockValues) -> Result<(), Malformed> {
         match (&self.value, &values) {
-            (Values::Space(old), Values::Space(new)) if old.len() == new.len() => {}
-            (Values::Plane(old), Values::Plane(new)) if old.len() == new.len() => {}
+            (BlockValues::Space(old), BlockValues::Space(new)) if old.len() == new.len() => {}
+            (BlockValues::Plane(old), BlockValues::Plane(new)) if old.len() == new.len() => {}
             _ => return Err(Malformed),
         }
         self.value = values;
@@ -226,8 +228,8 @@ impl BlockMatrix {
     /// the diagonal on.
     pub(super) fn for_each_lower(&self, mut f: impl FnMut(f64)) {
         match &self.value {
-            Values::Space(all) => lower(&self.pattern, all, &mut f),
-            Values::Plane(all) => lower(&self.pattern, all, &mut f),
+            BlockValues::Space(all) => lower(&self.pattern, all, &mut f),
+            BlockValues::Plane(all) => lower(&self.pattern, all, &mut f),
         }
     }
 
@@ -275,10 +277,10 @@ impl BlockMatrix {
     pub fn add_scaled(&mut self, factor: f64, other: &Self) {
         assert!(self.pattern == other.pattern, "matrices of different patterns are added");
         match (&mut self.value, &other.value) {
-            (Values::Space(all), Values::Space(more)) => {
+            (BlockValues::Space(all), BlockValues::Space(more)) => {
                 crate::parallel::update(all, |k, block| *block += factor * more[k]);
             }
-            (Values::Plane(all), Values::Plane(more)) => {
+            (BlockValues::Plane(all), BlockValues::Plane(more)) => {
                 crate::parallel::update(all, |k, block| *block += factor * more[k]);
             }
             _ => unreachable!("the pattern says which of them it is"),

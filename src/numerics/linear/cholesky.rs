@@ -31,10 +31,10 @@ impl<T: Precision> BlockCholesky<T> {
         let tree = Supernodes::new(&pattern)?;
         let (size, n) = (tree.values_before(tree.count()), tree.unknowns());
         Ok(Self {
-            factor: vec![T::of(0.0); size],
+            factor: vec![T::from_f64(0.0); size],
             rooms: FrontWorkspace::new(&tree),
-            rhs: vec![T::of(0.0); n],
-            workspace: vec![T::of(0.0); workspace(&tree)],
+            rhs: vec![T::from_f64(0.0); n],
+            workspace: vec![T::from_f64(0.0); workspace(&tree)],
             unit: 1.0,
             tree,
         })
@@ -70,7 +70,9 @@ impl<T: Precision> BlockCholesky<T> {
         let (scale, back) = (largest.recip(), largest / self.unit);
         let (tree, axes) = (&self.tree, self.tree.axes());
         let order = tree.order();
-        parallel::fill(&mut self.rhs, |k| T::of(scale * rhs[order[k / axes] as usize][k % axes]));
+        parallel::fill(&mut self.rhs, |k| {
+            T::from_f64(scale * rhs[order[k / axes] as usize][k % axes])
+        });
         Substitution { tree, values: &self.factor }.solve(&mut self.rhs, &mut self.workspace);
         let (solved, rank) = (&self.rhs, tree.rank());
         parallel::fill(rhs, |vertex| {

@@ -47,7 +47,7 @@ impl Graph {
     }
 
     /// The neighbours of vertex `i`.
-    pub(super) fn of(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
+    pub(super) fn neighbours(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
         let at = |k: usize| usize::try_from(self.start[k]).unwrap_or_default();
         self.neighbour[at(i)..at(i + 1)].iter().map(|&j| usize::try_from(j).unwrap_or_default())
     }
@@ -100,7 +100,7 @@ fn tree(graph: &Graph, order: &[u32], rank: &[u32]) -> Vec<u32> {
     // Shortcuts upwards.
     let mut ancestor = parent.clone();
     for (i, &vertex) in order.iter().enumerate() {
-        for neighbour in graph.of(vertex as usize) {
+        for neighbour in graph.neighbours(vertex as usize) {
             let mut k = rank[neighbour] as usize;
             while k < i {
                 let next = std::mem::replace(&mut ancestor[k], index(i));

@@ -29,7 +29,7 @@ const MAX_DIRECT_UNKNOWNS: usize = 3000;
 impl LinearChoice {
     /// What is chosen for so many unknowns, with displacements among them or not.
     #[must_use]
-    pub fn of(self, unknowns: usize, displacements: bool) -> Self {
+    pub fn resolve(self, unknowns: usize, displacements: bool) -> Self {
         match self {
             Self::Auto if displacements => Self::Blocks,
             Self::Auto if unknowns <= MAX_DIRECT_UNKNOWNS => Self::Lu,
@@ -63,7 +63,7 @@ impl Factor {
         matrix: &Sparse,
         displacements: Option<&Displacements>,
     ) -> Result<Self, LinearError> {
-        let choice = choice.of(matrix.columns(), displacements.is_some());
+        let choice = choice.resolve(matrix.columns(), displacements.is_some());
         Ok(match (choice, displacements) {
             (LinearChoice::Blocks, Some(displacements)) => {
                 Self::Blocks(Box::new(FieldSplit::new(matrix, displacements)?))

@@ -105,7 +105,7 @@ fn subtract_square<T: Precision>(c: MatMut<'_, T>, a: MatRef<'_, T>, to: Accum) 
         BlockStructure::Rectangular,
         a.transpose(),
         BlockStructure::Rectangular,
-        T::of(-1.0),
+        T::from_f64(-1.0),
         Par::Seq,
     );
 }
@@ -114,7 +114,7 @@ fn subtract_square<T: Precision>(c: MatMut<'_, T>, a: MatRef<'_, T>, to: Accum) 
 fn subtract_product<T: Precision>(c: MatMut<'_, T>, a: MatRef<'_, T>, b: MatRef<'_, T>, to: Accum) {
     let (rows, columns) = (c.nrows(), c.ncols());
     if rows.max(columns) <= PRODUCT_BLOCK {
-        matmul(c, to, a, b.transpose(), T::of(-1.0), Par::Seq);
+        matmul(c, to, a, b.transpose(), T::from_f64(-1.0), Par::Seq);
     } else if rows >= columns {
         let (first, last) = c.split_at_row_mut(half(rows));
         let (top, bottom) = a.split_at_row(half(rows));

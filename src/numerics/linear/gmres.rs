@@ -95,13 +95,13 @@ pub(super) trait StoredScalar: Copy + Default + Into<f64> + Send + Sync {
     const LOSES_DIGITS: bool;
 
     /// From double precision.
-    fn of(value: f64) -> Self;
+    fn from_f64(value: f64) -> Self;
 }
 
 impl StoredScalar for f64 {
     const LOSES_DIGITS: bool = false;
 
-    fn of(value: f64) -> Self {
+    fn from_f64(value: f64) -> Self {
         value
     }
 }
@@ -109,7 +109,7 @@ impl StoredScalar for f64 {
 impl StoredScalar for f32 {
     const LOSES_DIGITS: bool = true;
 
-    fn of(value: f64) -> Self {
+    fn from_f64(value: f64) -> Self {
         single(value)
     }
 }
@@ -208,14 +208,14 @@ impl<T: StoredScalar> Krylov<T> {
         let n = preconditioned.len();
         let Self { basis: all, preconditioned_basis: all_preconditioned, next, iterations, .. } =
             self;
-        parallel::fill(room(all, 0, n), |i| T::of(next[i] / size));
+        parallel::fill(room(all, 0, n), |i| T::from_f64(next[i] / size));
         let mut hessenberg = TriangularHessenberg::new(size);
         for k in 0..RESTART {
             let basis = &all[k];
             parallel::fill(preconditioned, |i| basis[i].into());
             precondition(preconditioned);
             if !T::LOSES_DIGITS {
-                parallel::fill(room(all_preconditioned, k, n), |i| T::of(preconditioned[i]));
+                parallel::fill(room(all_preconditioned, k, n), |i| T::from_f64(preconditioned[i]));
             }
             multiply(preconditioned, next);
             *iterations += 1;
@@ -230,7 +230,7 @@ impl<T: StoredScalar> Krylov<T> {
             if left <= goal || last == 0.0 || !last.is_finite() {
                 break;
             }
-            parallel::fill(room(all, k + 1, n), |i| T::of(next[i] / last));
+            parallel::fill(room(all, k + 1, n), |i| T::from_f64(next[i] / last));
         }
         hessenberg
     }

@@ -54,19 +54,19 @@ struct Rows<'a> {
 
 impl<'a> Rows<'a> {
     #[inline]
-    fn at(self, places: Range<u32>) -> Half<'a> {
+    fn slice(self, places: Range<u32>) -> Half<'a> {
         let places = places.start as usize..places.end as usize;
         (&self.column[places.clone()], &self.value[places])
     }
 
     #[inline]
     fn lower(self, i: usize) -> Half<'a> {
-        self.at(self.start[i]..self.diagonal[i])
+        self.slice(self.start[i]..self.diagonal[i])
     }
 
     #[inline]
     fn upper(self, i: usize) -> Half<'a> {
-        self.at(self.diagonal[i] + 1..self.start[i + 1])
+        self.slice(self.diagonal[i] + 1..self.start[i + 1])
     }
 
     #[inline]
@@ -313,7 +313,7 @@ impl IncompleteLu {
     pub(super) fn multiply(&self, value: &[f32], v: &[f64], out: &mut [f64]) {
         let all = Rows { value, ..self.rows() };
         parallel::fill(out, |i| {
-            let (columns, values) = all.at(all.start[i]..all.start[i + 1]);
+            let (columns, values) = all.slice(all.start[i]..all.start[i + 1]);
             values.iter().zip(columns).map(|(value, &j)| f64::from(*value) * v[j as usize]).sum()
         });
     }

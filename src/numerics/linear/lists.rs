@@ -19,7 +19,7 @@ impl<T> CompressedLists<T> {
     }
 
     /// List number `i`.
-    pub(super) fn of(&self, i: usize) -> &[T] {
+    pub(super) fn list(&self, i: usize) -> &[T] {
         &self.item[self.start[i]..self.start[i + 1]]
     }
 }

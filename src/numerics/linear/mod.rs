@@ -35,8 +35,8 @@ mod supernodes;
 mod symmetric_rows;
 
 pub use analysis::Precision;
-pub use assembly::{Assembly, Entries, Part};
-pub use block_matrix::{Block, BlockMatrix, RowMut, Values};
+pub use assembly::{Assembly, Contribution, Entries};
+pub use block_matrix::{Block, BlockMatrix, BlockValues, RowMut};
 pub use block_pattern::{BlockPattern, Neighbours};
 pub use cholesky::{BlockCholesky, MixedPrecisionCholesky};
 pub use dense::SmallLu;

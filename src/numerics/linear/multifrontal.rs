@@ -38,7 +38,7 @@ impl<T: Precision> FrontWorkspace<T> {
             Some(k) => all.swap_remove(k),
             None => {
                 drop(all);
-                vec![T::of(0.0); size]
+                vec![T::from_f64(0.0); size]
             }
         }
     }
@@ -173,7 +173,7 @@ impl<T: Precision> Factorisation<'_, T> {
 
     /// Fills the panel of `s` with the blocks of the matrix.
     fn add_entries(&self, s: usize, panel: &mut [T]) {
-        panel.fill(T::of(0.0));
+        panel.fill(T::from_f64(0.0));
         let axes = self.tree.axes();
         let height = self.tree.columns(s) + self.tree.rest(s);
         for entry in self.tree.entries(s) {
@@ -183,7 +183,7 @@ impl<T: Precision> Factorisation<'_, T> {
                 let place = &mut panel[at + column * height..][..axes];
                 for (row, place) in place.iter_mut().enumerate() {
                     let from = if entry.upright { (row, column) } else { (column, row) };
-                    *place = T::of(self.scale * block[from]);
+                    *place = T::from_f64(self.scale * block[from]);
                 }
             }
         }

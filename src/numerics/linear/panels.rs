@@ -37,7 +37,7 @@ pub(super) fn fundamental(graph: &Graph, elimination: &Elimination) -> Vec<Group
                 rows.push(row);
             }
         };
-        graph.of(order[j] as usize).for_each(|neighbour| see(rank[neighbour]));
+        graph.neighbours(order[j] as usize).for_each(|neighbour| see(rank[neighbour]));
         let below = waiting.split_off(waiting.len() - children[j] as usize);
         for &child in &below {
             groups[child].rows.iter().for_each(|&row| see(row));

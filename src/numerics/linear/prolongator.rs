@@ -65,9 +65,9 @@ impl<const N: usize, const M: usize> Prolongator<N, M> {
         let (members, _) = transposed(&own, aggregates.count);
         let (mut reach, mut coupled) = (CompressedLists::new(), CompressedLists::new());
         for a in 0..aggregates.count {
-            scratch.extend(support.of(a).iter().flat_map(|&i| rows.row(i as usize)));
+            scratch.extend(support.list(a).iter().flat_map(|&i| rows.row(i as usize)));
             reach.push_set(&mut scratch);
-            let near = reach.of(a).iter().flat_map(|&k| row.of(k as usize));
+            let near = reach.list(a).iter().flat_map(|&k| row.list(k as usize));
             scratch.extend(near.copied().filter(|&b| b as usize >= a));
             coupled.push_set(&mut scratch);
         }
@@ -94,7 +94,7 @@ impl<const N: usize, const M: usize> Prolongator<N, M> {
             first..first + index(N)
         };
         BlockPattern::from_rows((0..N * self.aggregates.count).map(|row| {
-            let columns = self.coupled.of(row / N).iter().flat_map(nodes);
+            let columns = self.coupled.list(row / N).iter().flat_map(nodes);
             columns.filter(|&j| j as usize >= row).collect()
         }))
     }
@@ -124,7 +124,7 @@ impl<const N: usize, const M: usize> Prolongator<N, M> {
         let factors: Vec<(Pairs<M>, Pairs<M>)> = (0..self.aggregates.count)
             .into_par_iter()
             .map(|a| {
-                let own = self.members.of(a).iter().map(|&i| &motions[i as usize]);
+                let own = self.members.list(a).iter().map(|&i| &motions[i as usize]);
                 orthonormal(&own.map(|b| b.tr_mul(b)).sum())
             })
             .collect();
@@ -136,7 +136,7 @@ impl<const N: usize, const M: usize> Prolongator<N, M> {
         rows_of_p.into_par_iter().for_each(|(range, mut part)| {
             let mut sum = Vec::new();
             for i in range {
-                let columns = row.of(i);
+                let columns = row.list(i);
                 let slot = |a: u32| columns.binary_search(&a).unwrap_or(0);
                 sum.clear();
                 sum.resize(columns.len(), Motions::<M>::zeros());
@@ -173,7 +173,7 @@ impl<const N: usize, const M: usize> Prolongator<N, M> {
         into.clear();
         into.update_rows(|row, blocks| {
             let a = row / N;
-            for (&b, sum) in self.coupled.of(a).iter().zip(&coupled[a]) {
+            for (&b, sum) in self.coupled.list(a).iter().zip(&coupled[a]) {
                 for node in 0..N {
                     let column = N * b as usize + node;
                     if column >= row {
@@ -195,9 +195,9 @@ impl<const N: usize, const M: usize> Prolongator<N, M> {
 
     /// Blocks (a, b) of the coarse matrix, b as in `coupled`.
     fn coarse_row(&self, rows: &FullRowPattern, matrix: &BlockMatrix, a: usize) -> Vec<Pairs<M>> {
-        let columns = self.coupled.of(a);
+        let columns = self.coupled.list(a);
         let mut sums = vec![Pairs::<M>::zeros(); columns.len()];
-        for &k in self.reach.of(a) {
+        for &k in self.reach.list(a) {
             let mut image = Motions::<M>::zeros();
             for (j, block) in rows.blocks(matrix, k as usize) {
                 if let Some(entry) = self.entry_at(j, index(a)) {
@@ -205,7 +205,7 @@ impl<const N: usize, const M: usize> Prolongator<N, M> {
                 }
             }
             let first = self.row.start[k as usize];
-            for (slot, b) in self.row.of(k as usize).iter().enumerate() {
+            for (slot, b) in self.row.list(k as usize).iter().enumerate() {
                 if let Ok(place) = columns.binary_search(b) {
                     sums[place] += image.tr_mul(&self.value[first + slot].cast::<f64>());
                 }
@@ -217,7 +217,7 @@ impl<const N: usize, const M: usize> Prolongator<N, M> {
     }
 
     fn entry_at(&self, node: usize, aggregate: u32) -> Option<usize> {
-        let place = self.row.of(node).iter().position(|&b| b == aggregate)?;
+        let place = self.row.list(node).iter().position(|&b| b == aggregate)?;
         Some(self.row.start[node] + place)
     }
 
@@ -226,7 +226,7 @@ impl<const N: usize, const M: usize> Prolongator<N, M> {
         parallel::fill(coarse, |a| {
             let range = self.support.start[a]..self.support.start[a + 1];
             let mut sum = SVector::<f64, M>::zeros();
-            for (&i, &entry) in self.support.of(a).iter().zip(&self.entry[range]) {
+            for (&i, &entry) in self.support.list(a).iter().zip(&self.entry[range]) {
                 sum += self.value[entry as usize].cast::<f64>().tr_mul(&fine[i as usize]);
             }
             std::array::from_fn(|node| sum.fixed_rows::<3>(3 * node).into_owned())
@@ -238,7 +238,7 @@ impl<const N: usize, const M: usize> Prolongator<N, M> {
         parallel::fill(fine, |i| {
             let range = self.row.start[i]..self.row.start[i + 1];
             let mut sum = Vec3::zeros();
-            for (&a, block) in self.row.of(i).iter().zip(&self.value[range]) {
+            for (&a, block) in self.row.list(i).iter().zip(&self.value[range]) {
                 let block = block.cast::<f64>();
                 let mut all = Vec3::zeros();
                 for (node, value) in coarse[a as usize].iter().enumerate() {
@@ -254,7 +254,7 @@ impl<const N: usize, const M: usize> Prolongator<N, M> {
 /// For every number below `count` the lists it is in, and where in all items.
 fn transposed(lists: &CompressedLists<u32>, count: usize) -> (CompressedLists<u32>, Vec<u32>) {
     let all = || {
-        let of = |i| lists.of(i).iter().zip(lists.start[i]..);
+        let of = |i| lists.list(i).iter().zip(lists.start[i]..);
         (0..lists.start.len() - 1)
             .flat_map(move |i| of(i).map(move |(&a, k)| (a as usize, (index(i), index(k)))))
     };

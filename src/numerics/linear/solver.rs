@@ -121,7 +121,7 @@ impl LinearSolver for MixedPrecisionCholesky {
 
     /// Single precision may have been given up.
     fn memory(&self) -> Record {
-        Record::of(&self.is_double())
+        Record::encode(&self.is_double())
     }
 
     fn restore(&mut self, memory: &Record) -> Result<(), Malformed> {

@@ -30,7 +30,7 @@ impl Default for StoredValues {
 
 impl StoredValues {
     #[inline]
-    fn at(&self, place: usize) -> f64 {
+    fn get(&self, place: usize) -> f64 {
         match self {
             Self::Double(all) => all[place],
             Self::Single { all, scale, .. } => scale * f64::from(all[place]),
@@ -139,14 +139,14 @@ impl Sparse {
     /// Columns and values of row `i`.
     pub fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let columns = self.pattern.row(i).iter().map(|&j| j as usize);
-        columns.zip(self.pattern.places(i).map(|place| self.value.at(place)))
+        columns.zip(self.pattern.places(i).map(|place| self.value.get(place)))
     }
 
     /// The value at this place of the pattern.
     #[must_use]
     #[inline]
     pub fn value(&self, place: usize) -> f64 {
-        self.value.at(place)
+        self.value.get(place)
     }
 
     /// The largest size of an entry.

@@ -90,7 +90,7 @@ impl<T: Precision> Substitution<'_, T> {
     /// `below` are the rests of all fronts of a task up to this one, `end` where those of this one end.
     fn forward_front(&self, s: usize, end: usize, below: &mut [T], front: Part<'_, T>) {
         let (tree, axes) = (self.tree, self.tree.axes());
-        front.rest.fill(T::of(0.0));
+        front.rest.fill(T::from_f64(0.0));
         let columns = front.own.len();
         for &c in tree.children(s) {
             let c = c as usize;
@@ -259,7 +259,7 @@ impl<T: Precision> pulp::NullaryFnOnce for Replace<'_, T> {
         for j in (0..j).rev() {
             let column = &panel[j * height + j..][..height - j];
             let (upper, lower) = column[1..].split_at(columns - j - 1);
-            let mut sum = T::of(0.0);
+            let mut sum = T::from_f64(0.0);
             for (x, l) in own[j + 1..].iter().zip(upper).chain(rest.iter().zip(lower)) {
                 sum += *x * *l;
             }
@@ -280,7 +280,7 @@ struct Sums<T> {
 impl<T: Precision> Default for Sums<T> {
     #[inline(always)]
     fn default() -> Self {
-        Self { whole: [[T::of(0.0); LANES]; 4], left: [T::of(0.0); 4] }
+        Self { whole: [[T::from_f64(0.0); LANES]; 4], left: [T::from_f64(0.0); 4] }
     }
 }
 

@@ -258,18 +258,18 @@ impl Supernodes {
     }
 
     fn rows(&self, s: usize) -> &[u32] {
-        self.rows.of(s)
+        self.rows.list(s)
     }
 
     /// Where the vertices of F₂₂ are in the front of the parent, ascending; nothing for a root. A run is
     /// either among the own unknowns of the parent or among the others.
     pub(super) fn runs(&self, s: usize) -> &[Run] {
-        self.runs.of(s)
+        self.runs.list(s)
     }
 
     /// Its children, ascending.
     pub(super) fn children(&self, s: usize) -> &[u32] {
-        self.children.of(s)
+        self.children.list(s)
     }
 
     /// Those without a parent.
@@ -294,6 +294,6 @@ impl Supernodes {
 
     /// The blocks of the matrix that its panel begins with.
     pub(super) fn entries(&self, s: usize) -> &[Entry] {
-        self.entries.of(s)
+        self.entries.list(s)
     }
 }

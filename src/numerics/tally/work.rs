@@ -25,7 +25,7 @@ macro_rules! work {
 
             /// Of counts in the order of [`Work::NAMES`].
             #[must_use]
-            pub fn of([$($name),+]: [u64; Self::NAMES.len()]) -> Self {
+            pub fn from_counts([$($name),+]: [u64; Self::NAMES.len()]) -> Self {
                 Self { $($name),+ }
             }
 

@@ -169,7 +169,7 @@ impl Follow {
         let Self { request, scene, simulation, from, given, .. } = self;
         let (outcome, spent) = simulation.spend(|simulation| {
             if !*given {
-                simulation.stepper.settle()?;
+                simulation.stepper.relax_to_steady_state()?;
             }
             let State { x, species, .. } = simulation.state();
             let start = Unknowns { x: x.to_vec(), species: species.clone() };

@@ -7,7 +7,7 @@ use super::measures::{Directions, Measure};
 use super::{Request, diagram};
 use crate::Vec3;
 use crate::kinetics::Location;
-use crate::model::{Memory, Model};
+use crate::model::{EvaluationBuffers, Model};
 use crate::output::{
     Compression, Field, Frame, OutputError, ResultDirectory, Series, atomic, plot, vtu,
 };
@@ -178,7 +178,7 @@ impl<'a> BranchRecord<'a> {
         let (model, mut state) = self.family.member(point.parameter)?;
         state.x = point.at.x.clone().into();
         state.species.clone_from(&point.at.species);
-        let mut memory = Memory::default();
+        let mut memory = EvaluationBuffers::default();
         let mut at = model.at(&state, &mut memory);
         let mut frame = self.family.tally.uncounted(|| self.fields.frame(&mut at))?;
         let number = self.rows.len().saturating_sub(1);

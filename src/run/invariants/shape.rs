@@ -88,7 +88,7 @@ impl Monitor for GaussBonnet {
 
     fn inspect(&mut self, step: &mut InspectedStep<'_>, _: &mut Vec<f64>) -> Result<Reading> {
         let sheet = step.workspace.model.sheet();
-        let TotalCurvature { defect, worst } = TotalCurvature::of(sheet, &step.after.x);
+        let TotalCurvature { defect, worst } = TotalCurvature::evaluate(sheet, &step.after.x);
         let place = match worst {
             None if defect.abs() < ROUND_OFF => {
                 "every triangle is sound, and this is round-off: no step is better".to_owned()

@@ -12,7 +12,7 @@ use crate::Vec3;
 use crate::model::State;
 use crate::output::{ResultDirectory, checkpoint};
 use crate::reduction::Communicator;
-use crate::sheet::Part;
+use crate::sheet::Subdomain;
 
 /// A checkpoint to continue from; where it is of another number of ranks, those of all its ranks.
 pub(crate) struct UsableCheckpoint {
@@ -93,7 +93,7 @@ fn file_of(root: &Path, step: u64) -> Option<PathBuf> {
 
 /// The state at the points of `part`, of the whole sheet where there is none, from the checkpoints of all ranks of a run,
 /// of which one at a time is read.
-pub(crate) fn state_of(parts: &[PathBuf], part: Option<&Part>) -> Option<State> {
+pub(crate) fn state_of(parts: &[PathBuf], part: Option<&Subdomain>) -> Option<State> {
     let mut places: Option<[Places; 2]> = None;
     let mut made = State::default();
     for path in parts {

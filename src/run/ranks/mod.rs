@@ -23,11 +23,11 @@ use crate::output::{Field, Frame};
 use crate::reduction::Communicator;
 use crate::scene::{Scene, SheetSource};
 use crate::sheet::read::pvtu::{TRIANGLE_NUMBER, VERTEX_NUMBER};
-use crate::sheet::{Part, Sheet};
+use crate::sheet::{Sheet, Subdomain};
 
 /// What a rank has of the sheet.
 pub(crate) struct RankPart {
-    pub(super) part: Part,
+    pub(super) part: Subdomain,
     /// The record of the whole mesh.
     pub(super) mesh: MeshRecord,
     ranks: usize,
@@ -43,13 +43,13 @@ pub(super) struct Share {
 }
 
 impl RankPart {
-    pub(super) fn new(part: Part, mesh: MeshRecord) -> Self {
+    pub(super) fn new(part: Subdomain, mesh: MeshRecord) -> Self {
         let ranks = part.sheet.reduction().distribution().map_or(1, |d| d.communicator.size());
         Self { part, mesh, ranks }
     }
 
     pub(super) fn share(&self) -> Share {
-        let Part { vertices, triangles, whole, .. } = &self.part;
+        let Subdomain { vertices, triangles, whole, .. } = &self.part;
         let (vertices, triangles) = (vertices.to_vec(), triangles.to_vec());
         Share { ranks: self.ranks, vertices, triangles, whole: *whole }
     }
@@ -100,7 +100,7 @@ pub(super) fn piece_folders(ranks: usize) -> Vec<PathBuf> {
 }
 
 /// What `part` has of a state of the sheet that it was cut from.
-pub(super) fn restricted(part: &Part, mut state: State) -> State {
+pub(super) fn restricted(part: &Subdomain, mut state: State) -> State {
     let mut x = state.x.to_vec();
     part.restrict(&mut x);
     state.x = x.into();

@@ -325,7 +325,7 @@ impl Surface {
         if let Some(fatal) = findings.iter().find(|f| f.fatal) {
             return Err(refusal(path.as_deref(), fatal.to_string()));
         }
-        let attributes = Attributes::of(&mut self, &triangles);
+        let attributes = Attributes::take_from(&mut self, &triangles);
         let sheet = Sheet::new(self.points, triangles)
             .map_err(|e| refusal(path.as_deref(), e.to_string()))?;
         Ok((sheet.with_attributes(attributes.map(Arc::new)), findings))

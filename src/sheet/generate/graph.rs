@@ -96,7 +96,11 @@ impl<'a> Graph<'a> {
             let ((x0, y0), (x1, y1)) = (corners[k], corners[(k + 1) % 4]);
             let count = whole(side.length() / edge);
             for i in 0..count {
-                let s = if i == 0 { 0.0 } else { side.at(side.length() * real(i) / real(count)) };
+                let s = if i == 0 {
+                    0.0
+                } else {
+                    side.parameter_at(side.length() * real(i) / real(count))
+                };
                 graph.fixed.push(graph.lift(x0 + s * (x1 - x0), y0 + s * (y1 - y0)));
             }
         }
@@ -104,7 +108,10 @@ impl<'a> Graph<'a> {
         let offset = CORNER_OFFSET * edge;
         for k in 0..4 {
             let before = &sides[(k + 3) % 4];
-            let steps = [sides[k].at(offset), 1.0 - before.at(before.length() - offset)];
+            let steps = [
+                sides[k].parameter_at(offset),
+                1.0 - before.parameter_at(before.length() - offset),
+            ];
             let steps = if k % 2 == 0 { steps } else { [steps[1], steps[0]] };
             let (x, y) = corners[k];
             let [dx, dy] = [-x.signum() * steps[0] * width, -y.signum() * steps[1] * depth];
@@ -266,7 +273,7 @@ impl Curve {
     }
 
     /// The parameter at an arc length.
-    fn at(&self, length: f64) -> f64 {
+    fn parameter_at(&self, length: f64) -> f64 {
         let above = self.length.partition_point(|&l| l < length).clamp(1, CURVE_INTERVALS);
         let [low, high] = [self.length[above - 1], self.length[above]];
         (real(above - 1) + (length - low) / (high - low).max(f64::MIN_POSITIVE))
@@ -339,7 +346,7 @@ impl Domain for WavyStrip {
     }
 
     fn place(&self, point: Vec3) -> Vec3 {
-        let s = self.curve.at(point.x + 0.5 * self.curve.length());
+        let s = self.curve.parameter_at(point.x + 0.5 * self.curve.length());
         let bent = Self::point(self.width * (s - 0.5), self.wave);
         Vec3::new(bent.x, point.y, bent.z)
     }

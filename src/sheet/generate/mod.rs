@@ -38,7 +38,7 @@ pub use lattice::Lattice;
 /// A shape to be meshed; all sizes are in units of length and must be positive.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "shape", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Shape {
+pub enum SheetShape {
     /// A flat disc around the origin in the plane z = 0, normal +z.
     Disc {
         /// Radius of the boundary; boundary vertices lie on the circle.
@@ -134,7 +134,7 @@ pub enum Shape {
     },
 }
 
-impl Shape {
+impl SheetShape {
     /// The sizes by name, as they are called in a scene.
     fn sizes(&self) -> Vec<(&'static str, f64)> {
         match *self {
@@ -170,52 +170,52 @@ impl Shape {
 /// # Errors
 /// Sizes that are not positive and finite, an annulus whose hole is not smaller than the disc, a polygon that crosses
 /// itself or has a hole outside, and numbers of vertices too small for the shape or too large for 32-bit indices.
-pub fn generate(shape: &Shape, vertices: usize, seed: u64) -> Result<Sheet, SheetError> {
+pub fn generate(shape: &SheetShape, vertices: usize, seed: u64) -> Result<Sheet, SheetError> {
     check(&shape.sizes(), vertices)?;
     match *shape {
-        Shape::Disc { radius } => irregular(&planar::disc(radius, vertices)?, vertices, seed),
-        Shape::Rectangle { width, height } => {
+        SheetShape::Disc { radius } => irregular(&planar::disc(radius, vertices)?, vertices, seed),
+        SheetShape::Rectangle { width, height } => {
             irregular(&planar::rectangle(width, height, vertices)?, vertices, seed)
         }
-        Shape::PeriodicRectangle { width, height, both: false } => {
+        SheetShape::PeriodicRectangle { width, height, both: false } => {
             let cell = irregular(&Strip::flat(width, height, vertices)?, vertices, seed)?;
             with_images(&cell, [width, f64::INFINITY])
         }
-        Shape::PeriodicRectangle { width, height, both: true } => {
+        SheetShape::PeriodicRectangle { width, height, both: true } => {
             let cell = irregular(&Cell::new([width, height], vertices)?, vertices, seed)?;
             with_images(&cell, [width, height])
         }
-        Shape::Lattice { width, height } => Lattice::new([width, height], vertices)?.sheet(),
-        Shape::Annulus { inner, outer } => {
+        SheetShape::Lattice { width, height } => Lattice::new([width, height], vertices)?.sheet(),
+        SheetShape::Annulus { inner, outer } => {
             irregular(&planar::annulus(inner, outer, vertices)?, vertices, seed)
         }
-        Shape::Polygon { ref points, ref holes } => {
+        SheetShape::Polygon { ref points, ref holes } => {
             irregular(&polygon::Polygon::new(points, holes, vertices)?, vertices, seed)
         }
-        Shape::Sphere { radius, irregular: true } => {
+        SheetShape::Sphere { radius, irregular: true } => {
             irregular(&sphere::Ball::new(radius, vertices)?, vertices, seed)
         }
-        Shape::Sphere { radius, irregular: false } => {
+        SheetShape::Sphere { radius, irregular: false } => {
             let (points, triangles) = sphere::icosphere(radius, vertices)?;
             let (points, triangles) = order::numbered(&points, &points, &triangles);
             Sheet::new(points, triangles)
         }
-        Shape::Cylinder { radius, height, caps: true } => {
+        SheetShape::Cylinder { radius, height, caps: true } => {
             capped::capped(radius, height, vertices, seed)
         }
-        Shape::Cylinder { radius, height, caps: false } => {
+        SheetShape::Cylinder { radius, height, caps: false } => {
             irregular(&Strip::new(radius, height, vertices)?, vertices, seed)
         }
-        Shape::Cap { radius, height } => {
+        SheetShape::Cap { radius, height } => {
             irregular(&curved::Cap::new(radius, height, vertices)?, vertices, seed)
         }
-        Shape::Torus { major, minor } => {
+        SheetShape::Torus { major, minor } => {
             irregular(&curved::Torus::new(major, minor, vertices)?, vertices, seed)
         }
-        Shape::Ellipsoid { semi_axes } => {
+        SheetShape::Ellipsoid { semi_axes } => {
             irregular(&curved::Ellipsoid::new(semi_axes, vertices)?, vertices, seed)
         }
-        Shape::WavyStrip { width, height, amplitude, wavelength } => {
+        SheetShape::WavyStrip { width, height, amplitude, wavelength } => {
             let wave = [amplitude, wavelength];
             irregular(&graph::WavyStrip::new([width, height], wave, vertices)?, vertices, seed)
         }

@@ -41,7 +41,7 @@ pub(super) struct Budget {
 
 impl Budget {
     /// That of a file with so many bytes.
-    pub(super) fn of(bytes: usize) -> Self {
+    pub(super) fn new(bytes: usize) -> Self {
         let all = bytes.saturating_mul(MAX_TIMES).max(MAX_DECODED_BYTES);
         Self { left: Cell::new(all), all }
     }

@@ -94,7 +94,7 @@ fn take_apart(bytes: &[u8], kind: Kind) -> Result<File<'_>, String> {
     let count = pieces.len();
     match <[Tag; 1]>::try_from(pieces) {
         Ok([piece]) => {
-            let budget = Budget::of(bytes.len());
+            let budget = Budget::new(bytes.len());
             Ok(File { encoding, budget, piece, arrays, appended })
         }
         Err(_) => Err(format!("has {count} pieces; exactly one is read (merge the blocks first)")),

@@ -125,7 +125,9 @@ impl Norm {
     /// Returns the norm on `sheet` with species of typical magnitudes at locations.
     #[must_use]
     pub fn new(sheet: &Sheet, species: Vec<(f64, Location)>) -> Self {
-        let face = |corners: &[u32; 3]| Face::of(&corners.map(|v| sheet.rest()[v as usize])).area;
+        let face = |corners: &[u32; 3]| {
+            Face::from_corners(&corners.map(|v| sheet.rest()[v as usize])).area
+        };
         let faces = sheet.triangles().iter().map(face).collect();
         let mut vertices = lumped_areas(sheet);
         if sheet.triangle_count() == 0 {

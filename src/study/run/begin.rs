@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use super::slurm::{self, SlurmSettings};
-use super::{Pool, limit_of};
+use super::{Pool, exceeded_time_limit};
 use crate::output::{Claim, Interrupt, OutputError, ResultDirectory};
 use crate::run::run::end;
 use crate::run::{Error, Result, Simulation, provenance};
@@ -106,7 +106,7 @@ impl Runs<'_> {
     fn left(&self, plan: &Plan, root: &Path) -> Vec<usize> {
         let longer = |number: usize, reason: &str| {
             let now = plan.members[number].limit;
-            limit_of(reason).is_some_and(|then| now.is_none_or(|now| now > then))
+            exceeded_time_limit(reason).is_some_and(|then| now.is_none_or(|now| now > then))
         };
         let is_open = |number: &usize| match status(plan, &plan.directory(root, *number)) {
             (MemberStatus::Complete, _) => false,

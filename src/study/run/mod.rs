@@ -17,7 +17,7 @@ pub use self::member::member;
 pub use self::pool::Pool;
 pub use self::rank_job::RankJob;
 pub use self::slurm::SlurmSettings;
-use self::time_limit::{TimeLimit, limit_of};
+use self::time_limit::{TimeLimit, exceeded_time_limit};
 use super::gather::states::StateFile;
 use super::gather::{MemberStatus, measure, open_measures, status};
 use super::plan::Plan;

@@ -14,7 +14,7 @@ use crate::run::{Error, Observer, Result, StepInfo};
 const LIMIT_MESSAGE: &str = "the time limit of ";
 
 /// The time limit, s, that a member which failed with `reason` was given up for, if that is why.
-pub(super) fn limit_of(reason: &str) -> Option<u64> {
+pub(super) fn exceeded_time_limit(reason: &str) -> Option<u64> {
     let (_, limit) = reason.split_once(LIMIT_MESSAGE)?;
     limit.split_once(' ')?.0.parse().ok()
 }

@@ -22,7 +22,7 @@ fn with_fibres(sheet: &Arc<Sheet>, across: Option<f64>) -> Arc<Model> {
         read: None,
     };
     let fibre = Fibre::Components(["0.8", "0.5", "0.1"].map(|text| Field::Formula(text.into())));
-    let direction = DirectedGrowth { fibre, across: across.and_then(Finite::new) }
+    let direction = LawGrowthDirectionSpec { fibre, across: across.and_then(Finite::new) }
         .build(&context)
         .unwrap()
         .direction;
@@ -96,7 +96,7 @@ fn reading(sheet: &Arc<Sheet>, location: Location, energies: Vec<EnergyTerm>) ->
 #[test]
 fn the_jacobian_is_exact_for_spontaneous_curvatures_of_a_law() {
     let sheet = Arc::new(irregular(8, 7, 0.2));
-    let shapes = [RestShape::default(), RestShape::at(&crumpled(&sheet, 0.1))]
+    let shapes = [RestShape::default(), RestShape::from_positions(&crumpled(&sheet, 0.1))]
         .map(RestShape::with_law_curvature);
     for location in [Location::Vertex, Location::Face] {
         for (k, rest) in shapes.iter().enumerate() {

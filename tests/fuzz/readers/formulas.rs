@@ -44,7 +44,7 @@ fn formula(bytes: &[u8]) -> bool {
     match FieldFormula::new(&text, true) {
         Ok(formula) => {
             let points = [Vec3::zeros(), Vec3::new(1.0, -2.0, 1e300), Vec3::repeat(f64::NAN)];
-            formula.at(&points, 0.5).len() == points.len()
+            formula.evaluate(&points, 0.5).len() == points.len()
         }
         Err(error) => {
             // Where it is wrong can be pointed to.

@@ -57,7 +57,9 @@ use super::dihedral::{WING_CORNERS, angle_gradient, angle_outer_product, hinges,
 use super::rest::{Curved, Flat, REMODELLING_NAME, RestAngle, RestShape};
 use crate::effects::element::{self, Element, Mesh};
 use crate::effects::material::at_edges;
-use crate::effects::{Coupling, Energy, HessianPart, MaterialField, ParameterField, Reads, Values};
+use crate::effects::{
+    Coupling, Energy, FieldValues, HessianPart, MaterialField, ParameterField, Reads,
+};
 use crate::geometry::{Conditions, Shape};
 use crate::linear::{Block, BlockMatrix, LazyStencils};
 use crate::num::index;
@@ -112,7 +114,7 @@ impl<R: RestAngle> Element<4> for Hinge<R> {
 #[derive(Debug)]
 pub struct HingeBending<R: RestAngle = Flat> {
     /// B of every hinge.
-    rigidity: Values,
+    rigidity: FieldValues,
     /// Numbers of the interior edges.
     edge: Vec<u32>,
     corners: Vec<[u32; 4]>,
@@ -134,7 +136,7 @@ impl HingeBending {
     /// For `sheet` of the given material, at rest where it is flat.
     #[must_use]
     pub fn new(sheet: &Sheet, material: impl Into<MaterialField>) -> Self {
-        Self::of(sheet, &material.into().bending_rigidity(), |_| ())
+        Self::build(sheet, &material.into().bending_rigidity(), |_| ())
     }
 }
 
@@ -146,15 +148,15 @@ impl HingeBending<Curved> {
     }
 
     /// For `sheet` of the given bending rigidity of its triangles, with the rest shape `rest`.
-    pub(super) fn with_rigidity(sheet: &Sheet, rigidity: &Values, rest: &RestShape) -> Self {
-        Self::of(sheet, rigidity, |corners| rest.at_hinges(corners))
+    pub(super) fn with_rigidity(sheet: &Sheet, rigidity: &FieldValues, rest: &RestShape) -> Self {
+        Self::build(sheet, rigidity, |corners| rest.at_hinges(corners))
     }
 }
 
 impl<R: RestAngle> HingeBending<R> {
-    fn of(
+    fn build(
         sheet: &Sheet,
-        rigidity: &Values,
+        rigidity: &FieldValues,
         rest: impl FnOnce(&[[u32; 4]]) -> R::SheetData,
     ) -> Self {
         let (edge, corners): (Vec<u32>, Vec<[u32; 4]>) = hinges(sheet).unzip();
@@ -262,7 +264,7 @@ impl<R: RestAngle> Energy for HingeBending<R> {
         let Self { edge, rigidity, rest, corners, .. } = self;
         let shift = conditions.internal(REMODELLING_NAME).filter(|_| R::flows(rest));
         let variable_curvature =
-            R::variable_curvature(rest).and_then(|curvature| curvature.at(conditions));
+            R::variable_curvature(rest).and_then(|curvature| curvature.values_at(conditions));
         work.variable_curvature.resize(variable_curvature.as_ref().map_or(0, |_| edge.len()), 0.0);
         if let Some(at) = &variable_curvature {
             parallel::fill(&mut work.variable_curvature, |h| {

@@ -39,7 +39,9 @@ use serde::{Deserialize, Serialize};
 
 use super::RestShape;
 use crate::effects::material::at_vertices;
-use crate::effects::{Coupling, Energy, HessianPart, MaterialField, ParameterField, Reads, Values};
+use crate::effects::{
+    Coupling, Energy, FieldValues, HessianPart, MaterialField, ParameterField, Reads,
+};
 use crate::geometry::{AreaRule, Conditions, Shape, VertexArea, angle_at};
 use crate::linear::BlockMatrix;
 use crate::num::real;
@@ -77,9 +79,9 @@ struct VertexDerivatives {
 #[derive(Debug)]
 pub struct MeyerBending {
     /// B of every vertex.
-    rigidity: Values,
+    rigidity: FieldValues,
     /// `B(1-ν)`.
-    gaussian: Values,
+    gaussian: FieldValues,
     weight: BendingWeight,
     area: VertexArea,
     has_boundary: bool,
@@ -109,8 +111,8 @@ impl MeyerBending {
         let material = material.into();
         let rigidity = at_vertices(&material.bending_rigidity(), sheet);
         let gaussian = match material.poisson {
-            Values::Same(poisson) => rigidity.map(|rigidity| rigidity * (1.0 - poisson)),
-            Values::Each(_) => at_vertices(
+            FieldValues::Same(poisson) => rigidity.map(|rigidity| rigidity * (1.0 - poisson)),
+            FieldValues::Each(_) => at_vertices(
                 &material.per_triangle(|m| m.bending_rigidity() * (1.0 - m.poisson)),
                 sheet,
             ),
@@ -166,7 +168,7 @@ impl MeyerBending {
 
     /// `B(1-ν) 2πχ`; 0 where B varies.
     fn topological_energy(&self, sheet: &Sheet) -> f64 {
-        let Values::Same(gaussian) = self.gaussian else { return 0.0 };
+        let FieldValues::Same(gaussian) = self.gaussian else { return 0.0 };
         let euler = sheet.euler_characteristic();
         let sign = if euler < 0 { -1.0 } else { 1.0 };
         let turns = real(usize::try_from(euler.abs()).unwrap_or(0)).copysign(sign);
@@ -188,7 +190,7 @@ impl MeyerBending {
         match (self.weight, boundary) {
             (BendingWeight::Area, true) if varies => Default::default(),
             (BendingWeight::Area, true) => {
-                let incident = shape.sheet.vertex_triangles().of(i);
+                let incident = shape.sheet.vertex_triangles().entries(i);
                 let angles: f64 =
                     incident.iter().map(|&(t, k)| angle_at(shape, t as usize, k as usize)).sum();
                 (

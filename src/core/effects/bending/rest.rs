@@ -26,7 +26,7 @@ use serde::{Deserialize, Serialize};
 use super::dihedral;
 use crate::Vec3;
 use crate::effects::timed_field::TimedField;
-use crate::effects::{EffectContext, EffectError, Field, Values};
+use crate::effects::{EffectContext, EffectError, Field, FieldValues};
 use crate::geometry::Conditions;
 use crate::kinetics::Location;
 use crate::sheet::Sheet;
@@ -71,10 +71,10 @@ impl VariableCurvature {
     }
 
     /// Its values at the vertices; `None` if there is none.
-    pub(super) fn at<'a>(&self, conditions: &Conditions<'a>) -> Option<Cow<'a, [f64]>> {
+    pub(super) fn values_at<'a>(&self, conditions: &Conditions<'a>) -> Option<Cow<'a, [f64]>> {
         let law = conditions.internal(SPONTANEOUS_CURVATURE).filter(|_| self.law);
         let Some(timed) = &self.timed else { return law.map(Cow::Borrowed) };
-        let own = timed.at(conditions.sheet, conditions.time);
+        let own = timed.evaluate(conditions.sheet, conditions.time);
         let of = |v: usize| own.at(v) + law.map_or(0.0, |law| law[v]);
         Some((0..conditions.sheet.vertex_count()).map(of).collect())
     }
@@ -104,7 +104,7 @@ impl RestShape {
 
     /// Unbent at these positions of the vertices.
     #[must_use]
-    pub fn at(positions: &[Vec3]) -> Self {
+    pub fn from_positions(positions: &[Vec3]) -> Self {
         Self { positions: Some(positions.to_vec()), ..Self::default() }
     }
 
@@ -126,10 +126,10 @@ impl RestShape {
         let of = |field| context.timed_field(field, Location::Vertex, "curvature");
         let (spontaneous_curvature, timed) = match curvature.map(of).transpose()? {
             None => (None, None),
-            Some(TimedField::Given(Values::Same(value))) => {
+            Some(TimedField::Given(FieldValues::Same(value))) => {
                 (Some(vec![value; sheet.vertex_count()]), None)
             }
-            Some(TimedField::Given(Values::Each(all))) => (Some(all), None),
+            Some(TimedField::Given(FieldValues::Each(all))) => (Some(all), None),
             timed => (None, timed),
         };
         let variable_curvature =

@@ -26,7 +26,7 @@ use crate::effects::{
     BlockMatrix, Contact, Coupling, EffectContext, EffectError, Energy, HessianPart, Interaction,
     RampFactor, Reads, Touching,
 };
-use crate::geometry::proximity::{PairKind, Proximity, Reach, at};
+use crate::geometry::proximity::{PairKind, Proximity, Reach, corner_positions};
 use crate::geometry::{Crossings, Shape};
 use crate::num::index;
 use crate::sheet::Sheet;
@@ -102,7 +102,7 @@ impl MeshBody {
         shape: &Shape<'_>,
         work: &'w mut MeshWork,
     ) -> (&'w mut Proximity, &'w [Vec3]) {
-        let displacement = self.factor.at(shape.time) * self.displacement;
+        let displacement = self.factor.factor_at(shape.time) * self.displacement;
         work.x.clear();
         work.x.extend(shape.x.iter().copied().chain(self.mesh.iter().map(|x| x + displacement)));
         let make = || {
@@ -132,7 +132,7 @@ impl MeshBody {
         let (proximity, x) = self.placed(shape, work);
         let (points, edges) = proximity.near(&self.both, x, &self.range());
         let mut pairs = points.iter().chain(edges);
-        let touch = pairs.find(|p| !(p.kind.distance(&at(x, &p.corners)) > least))?;
+        let touch = pairs.find(|p| !(p.kind.distance(&corner_positions(x, &p.corners)) > least))?;
         let [a, b, c, d] = touch.corners;
         Some(match touch.kind {
             PairKind::PointTriangle if a < sheet => format!("vertex {a} lies on the mesh"),
@@ -213,7 +213,8 @@ impl Contact for MeshBody {
         work: &mut MeshWork,
         (to, time): (&[Vec3], f64),
     ) -> bool {
-        let displacement = (self.factor.at(time) - self.factor.at(from.time)) * self.displacement;
+        let displacement =
+            (self.factor.factor_at(time) - self.factor.factor_at(from.time)) * self.displacement;
         let direction = from.x.iter().zip(to).map(|(from, to)| to - from);
         self.free_share(from, work, direction, displacement) >= 1.0
     }
@@ -228,7 +229,7 @@ impl Contact for MeshBody {
         let found = Crossings::between(&self.both, first).find(&self.both, x);
         let Some([t, _]) = found.first else { return self.touch_refusal(shape, work) };
         let [a, b, c] = shape.sheet.triangles()[t];
-        let place = at(x, &[a, b, c, c]);
+        let place = corner_positions(x, &[a, b, c, c]);
         let [x, y, z] = [0, 1, 2].map(|k| (place[0][k] + place[1][k] + place[2][k]) / 3.0);
         Some(format!(
             "{} pairs of triangles of the sheet and of the mesh cross, first the triangle with the vertices {a}, {b} and \

@@ -38,7 +38,7 @@ use super::{
     Contact, Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart,
     Interaction, Material, Needs, Pins, SeparatedStart, Touching,
 };
-use crate::geometry::proximity::{PairKind, Proximity, Reach, at};
+use crate::geometry::proximity::{PairKind, Proximity, Reach, corner_positions};
 use crate::geometry::{Conditions, CrossingPairs, Crossings, RestMetric, Shape, lumped_areas};
 use crate::linear::BlockMatrix;
 use crate::num::Short;
@@ -51,7 +51,7 @@ use separate::Start;
 use touching::{ContactPair, Weights};
 
 pub use adhesion::Adhesion;
-pub use obstacle::{Obstacle, ObstacleShape, Side};
+pub use obstacle::{ObstacleShape, ObstacleSpec, Side};
 
 /// The stiffness κ in units of Young's modulus, unless a scene says otherwise. Surfaces that push on one another with
 /// a hundredth of it are 0.94 of the reach apart.
@@ -341,7 +341,8 @@ impl Contact for Contacts {
         let least = TOUCHING_DISTANCE * shape.metric.mean_edge();
         let (points, edges) = proximity.near(shape.sheet, shape.x, &range);
         let mut pairs = points.iter().chain(edges);
-        let touch = pairs.find(|p| !(p.kind.distance(&at(shape.x, &p.corners)) > least))?;
+        let touch =
+            pairs.find(|p| !(p.kind.distance(&corner_positions(shape.x, &p.corners)) > least))?;
         let [a, b, c, d] = touch.corners;
         Some(match touch.kind {
             PairKind::PointTriangle => {

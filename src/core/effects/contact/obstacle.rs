@@ -46,7 +46,7 @@ const PARABOLA_SHARE: f64 = 0.1;
 /// Parameters of an obstacle in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Obstacle {
+pub struct ObstacleSpec {
     /// Its surface.
     pub shape: ObstacleShape,
     /// The distance d̂ at which the sheet begins to touch it; half the thickness without it.
@@ -122,7 +122,7 @@ pub enum Side {
 }
 
 #[typetag::serialize(name = "obstacle")]
-impl EffectSpec for Obstacle {
+impl EffectSpec for ObstacleSpec {
     fn needs(&self) -> Needs {
         let along_z = match &self.shape {
             ObstacleShape::Plane { normal, .. } => normal[2].get() != 0.0,
@@ -171,7 +171,7 @@ impl EffectSpec for Obstacle {
     }
 }
 
-crate::register_kind!(dyn EffectSpec, "obstacle", Obstacle);
+crate::register_kind!(dyn EffectSpec, "obstacle", ObstacleSpec);
 
 /// Refuses the ramp of a body that has no displacement.
 pub(super) fn check_ramp(ramp: Option<&Ramp>, has_displacement: bool) -> Result<(), EffectError> {
@@ -242,7 +242,7 @@ impl<'a> ObstacleDistance<'a> {
 
 impl Surface {
     /// The signed distance at x, its gradient, and its second derivatives.
-    fn at(&self, x: &Vec3) -> (f64, Vec3, Block) {
+    fn signed_distance(&self, x: &Vec3) -> (f64, Vec3, Block) {
         let Some(radius) = self.radius else {
             return (self.normal.dot(&(x - self.point)), self.normal, Block::zeros());
         };
@@ -276,8 +276,8 @@ impl Body {
         &self,
         shape: &'a Shape<'_>,
     ) -> impl Fn(usize) -> (f64, Vec3, Block) + Sync + use<'_, 'a> {
-        let displacement = self.factor.at(shape.time) * self.displacement;
-        move |i| self.surface.at(&(shape.x[i] - displacement))
+        let displacement = self.factor.factor_at(shape.time) * self.displacement;
+        move |i| self.surface.signed_distance(&(shape.x[i] - displacement))
     }
 
     /// Energy, slope and curvature at the signed distance `s` of vertex i, times its area.

@@ -17,7 +17,9 @@
 use crate::Vec3;
 use crate::effects::{Pins, SeparatedStart};
 use crate::geometry::Crossings;
-use crate::geometry::proximity::{Pair, PairKind, Proximity, Reach, at, edge_edge, point_triangle};
+use crate::geometry::proximity::{
+    Pair, PairKind, Proximity, Reach, corner_positions, edge_edge, point_triangle,
+};
 use crate::num::real;
 use crate::sheet::Sheet;
 
@@ -100,8 +102,9 @@ impl Moves<'_> {
             let Some(normal) = (b - a).cross(&(c - a)).try_normalize(0.0) else { continue };
             let [depth, height] = [wrong, right].map(|v| normal.dot(&(x[v as usize] - a)));
             let four = [wrong, corners[0], corners[1], corners[2]];
-            let at_rest = point_triangle(&at(sheet.rest(), &four)).0.distance();
-            let gap = MIN_GAP_SHARE * OVERSHOOT * range.at(PairKind::PointTriangle, at_rest);
+            let at_rest = point_triangle(&corner_positions(sheet.rest(), &four)).0.distance();
+            let gap =
+                MIN_GAP_SHARE * OVERSHOOT * range.limited_by_rest(PairKind::PointTriangle, at_rest);
             let [p, q, r] = weights;
             let side = height.signum();
             self.push(&four, &[1.0, -p, -q, -r], gap - side * depth, side * normal);
@@ -110,7 +113,7 @@ impl Moves<'_> {
 
     /// Moves a pair apart that is too near.
     fn widen(&mut self, x: &[Vec3], pair: &Pair) {
-        let place = at(x, &pair.corners);
+        let place = corner_positions(x, &pair.corners);
         let nearest = match pair.kind {
             PairKind::PointTriangle => point_triangle(&place).0,
             PairKind::EdgeEdge => edge_edge(&place),
@@ -203,7 +206,7 @@ fn sizes_of_parts(sheet: &Sheet, crossing: &[Pierced]) -> Vec<usize> {
         sizes[first] = 1;
         while let Some(v) = part.get(next).copied() {
             next += 1;
-            for (edge, other) in sheet.vertex_edges().of(v) {
+            for (edge, other) in sheet.vertex_edges().entries(v) {
                 let other = *other as usize;
                 if !cut[*edge as usize] && sizes[other] == 0 {
                     sizes[other] = 1;

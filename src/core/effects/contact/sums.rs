@@ -2,7 +2,7 @@
 
 use super::touching::ContactPair;
 use crate::effects::{HessianPart, Touching};
-use crate::geometry::proximity::at;
+use crate::geometry::proximity::corner_positions;
 use crate::linear::{BlockMatrix, Stencils};
 use crate::num::index;
 use crate::{Vec3, parallel};
@@ -46,7 +46,8 @@ pub(super) fn add_hessian(
     let stencils = Stencils::new(into.pattern(), contacts.iter().map(vertices));
     stencils.assemble(into, |e, sink| {
         let contact = &contacts[e];
-        let (order, blocks) = (order(contact), contact.hessian(&at(x, &contact.corners), part));
+        let (order, blocks) =
+            (order(contact), contact.hessian(&corner_positions(x, &contact.corners), part));
         for (p, k) in order.iter().enumerate() {
             for (q, m) in order.iter().enumerate().skip(p) {
                 sink.add(p, q, &blocks[*k][*m]);

@@ -18,7 +18,7 @@ use super::mollifier::Mollifier;
 use crate::Vec3;
 use crate::effects::{Block, HessianPart};
 use crate::geometry::proximity::{
-    Nearest, Pair, PairKind, at, edge_edge, point_edge, point_point, point_triangle,
+    Nearest, Pair, PairKind, corner_positions, edge_edge, point_edge, point_point, point_triangle,
 };
 use crate::num::real;
 use crate::parallel::{self, BLOCK};
@@ -136,7 +136,7 @@ pub(super) fn contacts(
 fn of_vertex(pairs: &[Pair], x: &[Vec3], weights: &Weights<'_>, all: &mut Vec<ContactPair>) {
     let mut features = Features::default();
     for pair in pairs {
-        let (nearest, between) = point_triangle(&at(x, &pair.corners));
+        let (nearest, between) = point_triangle(&corner_positions(x, &pair.corners));
         if !(nearest.distance() < pair.reach) {
             continue;
         }
@@ -225,7 +225,7 @@ impl Features {
             let count = 1 - i32::try_from(same.len()).unwrap_or(i32::MAX);
             if count != 0 {
                 let corners = &triangles[t];
-                self.add(corners, point_edge(&at(x, corners), ends), count);
+                self.add(corners, point_edge(&corner_positions(x, corners), ends), count);
                 ends.iter().for_each(|k| vertices.push((corners[*k], t, *k, -count)));
             }
         }
@@ -235,7 +235,11 @@ impl Features {
             let count = 1 + same.iter().map(|(.., count)| count).sum::<i32>();
             if count != 0 {
                 let corners = &triangles[t];
-                self.add(corners, (point_point(&at(x, corners), k), 1 << (k - 1)), count);
+                self.add(
+                    corners,
+                    (point_point(&corner_positions(x, corners), k), 1 << (k - 1)),
+                    count,
+                );
             }
         }
     }
@@ -244,14 +248,14 @@ impl Features {
 /// The contact of two edges, if there is one.
 fn of_edges(pair: &Pair, x: &[Vec3], weights: &Weights<'_>) -> Option<ContactPair> {
     debug_assert_eq!(pair.kind, PairKind::EdgeEdge);
-    let place = at(x, &pair.corners);
+    let place = corner_positions(x, &pair.corners);
     let nearest = edge_edge(&place);
     if !(nearest.distance() < pair.reach) {
         return None;
     }
     let [e, f] = pair.features.map(|e| weights.edge[e as usize]);
     let potential = weights.potential.of_neighbours(pair.reach)?;
-    let mollifier = Mollifier::new(&place, &at(weights.rest, &pair.corners));
+    let mollifier = Mollifier::new(&place, &corner_positions(weights.rest, &pair.corners));
     Some(ContactPair {
         corners: pair.corners,
         nearest,

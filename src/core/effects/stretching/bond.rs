@@ -25,7 +25,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::effects::{
-    Coupling, Energy, ForceScales, HessianPart, MaterialField, ParameterField, Values,
+    Coupling, Energy, FieldValues, ForceScales, HessianPart, MaterialField, ParameterField,
 };
 use crate::geometry::{Conditions, Shape};
 use crate::linear::{BlockMatrix, LazyStencils};
@@ -49,7 +49,7 @@ pub enum StretchingWeight {
 #[derive(Debug)]
 pub struct BondStretching {
     /// Y of the triangles.
-    modulus: Values,
+    modulus: FieldValues,
     weight: StretchingWeight,
 }
 
@@ -146,10 +146,10 @@ impl Energy for BondStretching {
         };
         work.stiffness.resize(edges.len(), 0.0);
         match &self.modulus {
-            Values::Same(modulus) => parallel::fill(&mut work.stiffness, |e| {
+            FieldValues::Same(modulus) => parallel::fill(&mut work.stiffness, |e| {
                 modulus * weight(e) / (length[e] * length[e])
             }),
-            Values::Each(modulus) => parallel::fill(&mut work.stiffness, |e| {
+            FieldValues::Each(modulus) => parallel::fill(&mut work.stiffness, |e| {
                 self.varying(&edges[e], modulus, area) / (length[e] * length[e])
             }),
         }

@@ -48,7 +48,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::effects::element::{self, Element, Mesh};
 use crate::effects::{
-    Coupling, Energy, ForceScales, HessianPart, MaterialField, ParameterField, Values,
+    Coupling, Energy, FieldValues, ForceScales, HessianPart, MaterialField, ParameterField,
 };
 use crate::geometry::{Conditions, Shape};
 use crate::linear::{Block, BlockMatrix, LazyStencils};
@@ -251,9 +251,9 @@ pub enum StretchingModulus {
 #[derive(Debug)]
 pub struct StvkStretching {
     /// Y₂ of the triangles.
-    modulus: Values,
+    modulus: FieldValues,
     /// ν of the triangles.
-    poisson: Values,
+    poisson: FieldValues,
 }
 
 /// Memory of evaluations.

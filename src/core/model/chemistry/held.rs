@@ -1,6 +1,6 @@
 //! Values of species that effects hold: Dirichlet values.
 
-use crate::effects::Held;
+use crate::effects::DirichletValues;
 
 /// What is held of all species, as many points as there are.
 #[derive(Debug, Default)]
@@ -13,7 +13,7 @@ pub struct HeldValues {
 
 impl HeldValues {
     /// All of these, of `species` species.
-    pub(super) fn new(species: usize, held: &[Held]) -> Self {
+    pub(super) fn new(species: usize, held: &[DirichletValues]) -> Self {
         if held.is_empty() {
             return Self::default();
         }
@@ -38,7 +38,7 @@ impl HeldValues {
 
     /// Points and values of the species `s`.
     #[must_use]
-    pub fn of(&self, s: usize) -> &[(usize, f64)] {
+    pub fn points_of(&self, s: usize) -> &[(usize, f64)] {
         self.points.get(s).map_or(&[], Vec::as_slice)
     }
 
@@ -51,7 +51,7 @@ impl HeldValues {
 
     /// Makes the rates of the species `s` `g - c` there.
     pub(super) fn set_rates(&self, s: usize, c: &[f64], rates: &mut [f64]) {
-        for (point, value) in self.of(s) {
+        for (point, value) in self.points_of(s) {
             rates[*point] = value - c[*point];
         }
     }

@@ -13,7 +13,7 @@
 use nalgebra::DMatrix;
 
 use super::Chemistry;
-use crate::effects::{TransportTerm, Values};
+use crate::effects::{FieldValues, TransportTerm};
 use crate::sheet::Sheet;
 
 /// Eigenvalues above the negative of this share of the largest coefficient are 0 to round-off.
@@ -76,17 +76,17 @@ impl Chemistry {
     fn ill_posed_by(
         &self,
         involved: &[usize],
-        diffusivity: &dyn Fn(&TransportTerm) -> Option<Values>,
+        diffusivity: &dyn Fn(&TransportTerm) -> Option<FieldValues>,
     ) -> Option<IllPosed> {
         let row = |species: usize| involved.iter().position(|s| *s == species);
-        let parts: Vec<(usize, usize, Values)> = self
+        let parts: Vec<(usize, usize, FieldValues)> = self
             .transports
             .iter()
             .filter_map(|t| Some((row(t.species())?, row(t.read_species())?, diffusivity(t)?)))
             .collect();
         let places = parts.iter().find_map(|(_, _, values)| match values {
-            Values::Same(_) => None,
-            Values::Each(all) => Some(all.len()),
+            FieldValues::Same(_) => None,
+            FieldValues::Each(all) => Some(all.len()),
         });
         let at = |place: usize| {
             let mut matrix = DMatrix::zeros(involved.len(), involved.len());

@@ -58,7 +58,7 @@ impl Chemistry {
         match &surface.average {
             None => each(vertex, 1.0),
             Some(average) => {
-                for &(t, k) in sheet.vertex_triangles().of(vertex) {
+                for &(t, k) in sheet.vertex_triangles().entries(vertex) {
                     let (t, k) = (t as usize, k as usize);
                     each(t, average.share(t, k, vertex));
                 }
@@ -80,7 +80,7 @@ impl Chemistry {
             let _scope = self.transport_scope(k, SHAPE);
             match surface.operators.get_mut(made) {
                 Some(operator) => term.assemble(sheet, x, operator),
-                None => surface.operators.push(term.at(sheet, x)),
+                None => surface.operators.push(term.operator_on(sheet, x)),
             }
             made += 1;
         }

@@ -26,12 +26,12 @@ use super::super::counters::transport::{DERIVATIVES, MATRIX};
 use super::Layout;
 use crate::effects::HessianPart;
 use crate::kinetics::field::Columns;
-use crate::linear::{Assembly, BlockMatrix, Entries, Part, Sparse, SumOfProduct};
+use crate::linear::{Assembly, BlockMatrix, Contribution, Entries, Sparse, SumOfProduct};
 use crate::model::{
     Chemistry, HeldValues, Model, ModelError, Potential, SignalColumns, State, Surface,
 };
 use intermediates::{
-    BySignals, Values, add_vector, intermediates_by_unknowns, residual_by_intermediates,
+    BySignals, JacobianInputs, add_vector, intermediates_by_unknowns, residual_by_intermediates,
 };
 
 /// Vertices, or points of the chemistry, whose entries one thread names at a time.
@@ -70,7 +70,7 @@ pub(super) struct Inputs<'a> {
 
 impl Sums {
     /// Adds what goes through optimal lengths, spontaneous curvatures and species that energies read.
-    fn fill_through(&mut self, potential: &mut Potential, at: &Values<'_>) {
+    fn fill_through(&mut self, potential: &mut Potential, at: &JacobianInputs<'_>) {
         let n = at.layout.unknowns();
         let [_, _, intermediates] = at.intermediates(potential.sheet());
         let Self { direct, through } = self;
@@ -93,22 +93,22 @@ impl Sums {
 
 /// The second derivatives of the energy and those of the reactions, in parts that are filled in parallel.
 fn parts_of_rows<'a>(
-    at: &'a Values<'_>,
+    at: &'a JacobianInputs<'_>,
     hessian: &'a BlockMatrix,
     places: &'a [[Option<usize>; 3]],
-) -> Vec<Box<Part<'a>>> {
-    let mut parts: Vec<Box<Part<'a>>> = Vec::new();
+) -> Vec<Box<Contribution<'a>>> {
+    let mut parts: Vec<Box<Contribution<'a>>> = Vec::new();
     parts.extend(in_parts(hessian.pattern().rows()).map(|vertices| {
         Box::new(move |entries: &mut Entries<'_>| {
             second_derivatives(places, hessian, vertices.clone(), entries);
-        }) as Box<Part<'a>>
+        }) as Box<Contribution<'a>>
     }));
     if let Some((chemistry, partials)) = &at.chemistry {
         let (layout, inputs) = (at.layout, (chemistry.descriptor().inputs(), chemistry.held()));
         parts.extend(in_parts(layout.points()).map(|points| {
             Box::new(move |entries: &mut Entries<'_>| {
                 reactions(layout, partials, inputs, points.clone(), entries);
-            }) as Box<Part<'a>>
+            }) as Box<Contribution<'a>>
         }));
     }
     parts
@@ -135,15 +135,15 @@ impl Jacobian {
         let feels_lengths = |chemistry: &Chemistry| {
             layout.mechanical() > 0 || potential.is_some() && chemistry.reads_strain()
         };
-        let at = Values::of(model, (layout, state), (surface, signals), feels_lengths)?;
-        let at = Values { hessian: self.hessian.as_ref(), ..at };
+        let at = JacobianInputs::new(model, (layout, state), (surface, signals), feels_lengths)?;
+        let at = JacobianInputs { hessian: self.hessian.as_ref(), ..at };
         let n = layout.unknowns();
         let places: Vec<[Option<usize>; 3]> = layout.displacements().collect();
         // Without a Hessian they are few, and lists in parts cost memory.
         let apart = at.hessian.is_some();
         let parts = at.hessian.map(|hessian| parts_of_rows(&at, hessian, &places));
         let parts = parts.unwrap_or_default();
-        let parts: Vec<&Part<'_>> = parts.iter().map(|part| &**part).collect();
+        let parts: Vec<&Contribution<'_>> = parts.iter().map(|part| &**part).collect();
         let others = |entries: &mut Entries<'_>| {
             if let Some((chemistry, partials)) = at.chemistry.as_ref().filter(|_| !apart) {
                 let inputs = (chemistry.descriptor().inputs(), chemistry.held());
@@ -243,7 +243,7 @@ fn reactions(
 fn others(
     potential: Option<&Potential>,
     model: &Model,
-    at: &Values<'_>,
+    at: &JacobianInputs<'_>,
     entries: &mut Entries<'_>,
 ) {
     let layout = at.layout;

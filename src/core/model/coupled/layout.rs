@@ -12,7 +12,7 @@ const NO_UNKNOWN: u32 = u32::MAX;
 
 /// What of the model moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
+pub enum Subsystem {
     /// All of it.
     Whole,
     /// The species, on a fixed surface; signals go along a course.
@@ -34,8 +34,8 @@ pub struct Layout {
 impl Layout {
     /// Of the unknowns of `part`: free directions first (none if the shape never moves), then species
     /// point by point. If the shape is `still`, without storage, rigid motions are fixed too.
-    pub(super) fn new(model: &Model, part: Part, still: bool) -> Self {
-        let moves = model.moves() && part != Part::Chemistry;
+    pub(super) fn new(model: &Model, part: Subsystem, still: bool) -> Self {
+        let moves = model.moves() && part != Subsystem::Chemistry;
         let mechanics = model.mechanics();
         let mut pins = Cow::Borrowed(mechanics.pins());
         if moves && still {

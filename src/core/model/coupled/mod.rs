@@ -13,11 +13,13 @@
 mod jacobian;
 mod layout;
 
-pub use layout::{Layout, Part};
+pub use layout::{Layout, Subsystem};
 
 use std::sync::Arc;
 
-use super::{Evaluation, Memory, Model, ModelError, SignalColumns, State, Surface, TimeCourse};
+use super::{
+    Evaluation, EvaluationBuffers, LinearInTime, Model, ModelError, SignalColumns, State, Surface,
+};
 use crate::Vec3;
 use crate::linear::{Displacements, Sparse};
 use crate::tally::Tally;
@@ -33,18 +35,18 @@ pub struct Coupled {
     /// Of the displacements, and of the species.
     mass: (Vec<f64>, f64),
     state: State,
-    memory: Memory,
+    memory: EvaluationBuffers,
     gradient: Vec<Vec3>,
     rates: Vec<Vec<f64>>,
     jacobian: Jacobian,
-    course: Option<TimeCourse>,
+    course: Option<LinearInTime>,
 }
 
 impl Coupled {
     /// The unknowns of `part`, weighed as the model says; species that move alone have storage.
     #[must_use]
-    pub fn new(model: &Arc<Model>, part: Part) -> Self {
-        let still = model.storage().mechanics == 0.0 && part == Part::Whole;
+    pub fn new(model: &Arc<Model>, part: Subsystem) -> Self {
+        let still = model.storage().mechanics == 0.0 && part == Subsystem::Whole;
         Self::laid_out(model, part, still)
     }
 
@@ -52,18 +54,18 @@ impl Coupled {
     /// state.
     #[must_use]
     pub fn at_rest(model: &Arc<Model>) -> Self {
-        Self::laid_out(model, Part::Whole, true)
+        Self::laid_out(model, Subsystem::Whole, true)
     }
 
     /// The unknowns of `part`; rigid motions are fixed where the shape is `still`.
-    fn laid_out(model: &Arc<Model>, part: Part, still: bool) -> Self {
+    fn laid_out(model: &Arc<Model>, part: Subsystem, still: bool) -> Self {
         let storage = model.storage();
         let layout = Layout::new(model, part, still);
-        let weight = if part == Part::Chemistry { 1.0 } else { storage.chemistry };
+        let weight = if part == Subsystem::Chemistry { 1.0 } else { storage.chemistry };
         let mut mass = vec![0.0; layout.mechanical()];
         for (i, place) in layout.displacements().enumerate() {
             for place in place.into_iter().flatten() {
-                mass[place] = storage.mechanics * model.drag().at(i);
+                mass[place] = storage.mechanics * model.drag().tangential(i);
             }
         }
         Self {
@@ -71,7 +73,7 @@ impl Coupled {
             layout: Arc::new(layout),
             mass: (mass, weight),
             state: State::default(),
-            memory: Memory::default(),
+            memory: EvaluationBuffers::default(),
             gradient: Vec::new(),
             rates: Vec::new(),
             jacobian: Jacobian::default(),
@@ -150,8 +152,8 @@ impl Coupled {
         }
     }
 
-    /// Lets the signals of [`Part::Chemistry`] go along `course`.
-    pub(crate) fn set_course(&mut self, course: TimeCourse) {
+    /// Lets the signals of [`Subsystem::Chemistry`] go along `course`.
+    pub(crate) fn set_course(&mut self, course: LinearInTime) {
         self.course = Some(course);
     }
 
@@ -159,7 +161,7 @@ impl Coupled {
     fn given_signals(&self, time: f64) -> Option<SignalColumns> {
         let course = self.course.as_ref().filter(|_| self.layout.species() > 0)?;
         let mut signals = Vec::new();
-        course.at(time, &mut signals);
+        course.interpolate(time, &mut signals);
         Some(signals)
     }
 
@@ -244,7 +246,7 @@ impl Coupled {
         self.jacobian.matrix()
     }
 
-    /// A bound on the spectral radius of ∂F/∂y of [`Part::Chemistry`] at the state last started from,
+    /// A bound on the spectral radius of ∂F/∂y of [`Subsystem::Chemistry`] at the state last started from,
     /// with the signals at these times.
     ///
     /// # Errors

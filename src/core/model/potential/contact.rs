@@ -48,7 +48,7 @@ impl Potential {
         }
         let sheet = mechanics.sheet();
         let mut area = vec![0.0; x.len()];
-        let face = |t: usize| Face::of(&sheet.triangles()[t].map(|v| x[v as usize])).area;
+        let face = |t: usize| Face::from_corners(&sheet.triangles()[t].map(|v| x[v as usize])).area;
         sum_at_corners(sheet, |t| face(t) / 3.0, &mut area);
         force.iter().zip(&area).map(|(f, a)| if *a > 0.0 { f.norm() / a } else { 0.0 }).collect()
     }

@@ -83,7 +83,7 @@ impl Signals {
             }
             Location::Vertex => {
                 for i in 0..shape.sheet.vertex_count() {
-                    let around = shape.sheet.vertex_triangles().of(i);
+                    let around = shape.sheet.vertex_triangles().entries(i);
                     for &(t, _) in around {
                         each(i, t as usize, 1.0 / real(around.len()));
                     }
@@ -109,7 +109,7 @@ impl Signals {
             };
             match &self.fit {
                 _ if !boundary[i] => add(i, share),
-                Some(fit) => fit.at(i).iter().for_each(|(j, weight)| add(*j, weight * share)),
+                Some(fit) => fit.weights(i).iter().for_each(|(j, weight)| add(*j, weight * share)),
                 None => {}
             }
         });
@@ -125,7 +125,7 @@ impl Signals {
     ) {
         let direction = if mean { leaning(shape, i) } else { Vec3::zeros() };
         let area = curvature.area[i];
-        for &(t, k) in shape.sheet.vertex_triangles().of(i) {
+        for &(t, k) in shape.sheet.vertex_triangles().entries(i) {
             let (t, k) = (t as usize, k as usize);
             let e = shape.edge_vectors(t);
             let face = shape.face(t);
@@ -191,7 +191,7 @@ impl Signals {
             (TensionReading::Mean, _) => modulus.at(t),
             (TensionReading::Paper, Location::Face | Location::Edge) => 2.0 * modulus.at(t),
             (TensionReading::Paper, Location::Vertex) => {
-                modulus.at(t) / 3.0 * real(shape.sheet.vertex_triangles().of(point).len())
+                modulus.at(t) / 3.0 * real(shape.sheet.vertex_triangles().entries(point).len())
             }
         }
     }
@@ -231,7 +231,7 @@ impl Signals {
             }
             Location::Vertex => {
                 for i in 0..shape.sheet.vertex_count() {
-                    let around = shape.sheet.vertex_triangles().of(i);
+                    let around = shape.sheet.vertex_triangles().entries(i);
                     let sum: Vec3 = around
                         .iter()
                         .map(|&(t, _)| shape.face(t as usize))
@@ -250,7 +250,7 @@ impl Signals {
 /// `∂|H A|` direction at vertex `i`: ±L/|L| with the sign of H, or the normal where L = 0.
 fn leaning(shape: &Shape<'_>, i: usize) -> Vec3 {
     let (mut l, mut normal) = (Vec3::zeros(), Vec3::zeros());
-    for &(t, k) in shape.sheet.vertex_triangles().of(i) {
+    for &(t, k) in shape.sheet.vertex_triangles().entries(i) {
         let face = shape.face(t as usize);
         l += face.normal.cross(&shape.edge_vectors(t as usize)[k as usize]);
         normal += face.area * face.normal;

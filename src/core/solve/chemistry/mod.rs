@@ -22,7 +22,7 @@ use self::chebyshev::{Chebyshev, Tolerance};
 use super::equilibrium::Relaxation;
 use super::monolithic::Monolithic;
 use super::{Progress, Result, SolveError, Workspace, counters, under_way};
-use crate::model::{Coupled, Part, State, TimeCourse};
+use crate::model::{Coupled, LinearInTime, State, Subsystem};
 use crate::num::Short;
 use crate::ode::OdeMethod;
 use crate::tally::Work;
@@ -35,7 +35,7 @@ const IMPLICIT_HINT: &str = "; a law or its diffusion is much faster than the ru
 /// What sub-steps are called where their progress is reported.
 const PROGRESS_LABEL: &str = "integrating the chemistry";
 
-/// Turns of [`settle`] at most: what is not at rest then is left to who asked for it.
+/// Turns of [`relax_to_steady_state`] at most: what is not at rest then is left to who asked for it.
 const MAX_SETTLING_ROUNDS: usize = 50;
 /// Tolerances of the steady chemistry in it, and the relative change in a turn that counts as none.
 const SETTLING_TOLERANCES: (f64, f64) = (1e-6, 1e-8);
@@ -45,7 +45,7 @@ const SETTLING_TOLERANCES: (f64, f64) = (1e-6, 1e-8);
 ///
 /// # Errors
 /// A relaxation or a search for a steady chemistry that fails; errors of the laws.
-pub fn settle(workspace: &mut Workspace, state: &mut State) -> Result<Relaxation> {
+pub fn relax_to_steady_state(workspace: &mut Workspace, state: &mut State) -> Result<Relaxation> {
     let mut done = workspace.relax(state)?;
     let mut steady = SteadyChemistry::default();
     for _ in 0..MAX_SETTLING_ROUNDS {
@@ -136,7 +136,7 @@ impl ChemistrySteps {
         workspace: &mut Workspace,
         state: &State,
         until: f64,
-        signals: TimeCourse,
+        signals: LinearInTime,
         tolerance: (f64, f64),
     ) -> Result<Vec<Vec<f64>>> {
         if workspace.model.chemistry().is_none() || until <= state.time {
@@ -183,11 +183,11 @@ impl ChemistrySteps {
         workspace: &mut Workspace,
         state: &State,
         until: f64,
-        signals: TimeCourse,
+        signals: LinearInTime,
         (rtol, atol): (f64, f64),
     ) -> Result<Vec<Vec<f64>>> {
         let model = &workspace.model;
-        let coupled = self.alone.get_or_insert_with(|| Coupled::new(model, Part::Chemistry));
+        let coupled = self.alone.get_or_insert_with(|| Coupled::new(model, Subsystem::Chemistry));
         coupled.start(state);
         let still = signals.is_still();
         coupled.set_course(signals);
@@ -233,7 +233,7 @@ impl ChemistrySteps {
         workspace: &mut Workspace,
         state: &State,
         until: f64,
-        signals: TimeCourse,
+        signals: LinearInTime,
         tolerance: (f64, f64),
     ) -> Result<Vec<Vec<f64>>> {
         let mut moving = state.clone();

@@ -6,7 +6,7 @@
 //! doi:10.1137/S0036142996304796).
 
 use crate::linear::{LinearChoice, LinearError, Shifted, Sparse};
-use crate::model::{Coupled, Model, Part, State};
+use crate::model::{Coupled, Model, State, Subsystem};
 use crate::solve::{Result, SolveError, Workspace, counters};
 
 /// Change in a step, in units of `rtol |c| + atol`, that counts as none.
@@ -65,7 +65,7 @@ impl SteadyChemistry {
     ) -> Result<()> {
         let Workspace { model, control, .. } = workspace;
         let _scope = counters::part(model.tally(), counters::SETTLING);
-        let coupled = self.alone.get_or_insert_with(|| Coupled::new(model, Part::Chemistry));
+        let coupled = self.alone.get_or_insert_with(|| Coupled::new(model, Subsystem::Chemistry));
         coupled.start(state);
         let n = coupled.layout().unknowns();
         let tolerance = coupled.tolerances(atol);

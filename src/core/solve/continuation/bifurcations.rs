@@ -83,7 +83,7 @@ impl<S: System> Continuation<S> {
         let Some(mut first) = self.between(step, 0.0)? else { return Ok(Vec::new()) };
         let mut all: Vec<Point> = Vec::new();
         for block in Block::ALL {
-            let [from, to] = [before, step.unstable].map(|unstable| unstable.of(block));
+            let [from, to] = [before, step.unstable].map(|unstable| unstable.in_block(block));
             if from == to {
                 continue;
             }

@@ -57,7 +57,7 @@ impl<S: System> Continuation<S> {
         let tangent = tangent(&mut corrector, &mut at, &along, &settings)?;
         let (step, ended) = (settings.first_step, false);
         let unstable = corrector.system.unstable_directions(&mut at)?;
-        let point = Point { event: Event::Start, ..Point::of(&at, 0.0, unstable) };
+        let point = Point { event: Event::Start, ..Point::new(&at, 0.0, unstable) };
         Ok(Self { point, corrector, settings, tangent, step, ended })
     }
 
@@ -221,7 +221,7 @@ impl<S: System> Continuation<S> {
             if let Some(mut last) = self.at_parameter(&at, end)? {
                 let unstable = self.corrector.system.unstable_directions(&mut last)?;
                 let arc = self.point.arc + self.distance(&last);
-                self.point = Point { event: Event::End, ..Point::of(&last, arc, unstable) };
+                self.point = Point { event: Event::End, ..Point::new(&last, arc, unstable) };
                 before.retain(|point| range.contains(&point.parameter) && point.arc <= arc);
                 self.ended = true;
                 before.push(self.point.clone());
@@ -230,7 +230,7 @@ impl<S: System> Continuation<S> {
         }
         let arc = self.point.arc + self.distance(&at);
         self.ended = !range.contains(&at.parameter);
-        self.point = Point::of(&at, arc, unstable);
+        self.point = Point::new(&at, arc, unstable);
         self.tangent = tangent;
         let factor = MAX_STEP_GROWTH
             .powf((TARGET_ITERATIONS - real(at.iterations)) / 2.0)
@@ -270,7 +270,7 @@ impl<S: System> Continuation<S> {
 
 impl Point {
     /// Of an equilibrium.
-    pub(super) fn of<M>(found: &Equilibrium<M>, arc: f64, unstable: UnstableDirections) -> Self {
+    pub(super) fn new<M>(found: &Equilibrium<M>, arc: f64, unstable: UnstableDirections) -> Self {
         let Equilibrium { parameter, energy, residual, iterations, .. } = *found;
         let (at, event) = (found.at.clone(), Event::None);
         let (negative, negative_of_shape) = (unstable.total(), unstable.shape);

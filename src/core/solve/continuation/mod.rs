@@ -32,9 +32,9 @@ mod branch;
 mod corrector;
 mod elastic;
 mod metric;
-mod reacting;
 mod special;
 mod spectrum;
+mod steady_state;
 mod system;
 mod unknowns;
 
@@ -48,7 +48,7 @@ use crate::model::{Mechanics, Potential};
 
 pub use self::branch::Continuation;
 pub use self::elastic::Elastic;
-pub use self::reacting::{Reacting, ReactingFamily, imbalance};
+pub use self::steady_state::{ReactingFamily, SteadyStateSystem, imbalance};
 pub use self::system::{Equilibrium, System};
 pub use self::unknowns::{Direction, Unknowns};
 
@@ -157,7 +157,7 @@ impl UnstableDirections {
     }
 
     /// Those of `block`.
-    pub(super) fn of(self, block: Block) -> usize {
+    pub(super) fn in_block(self, block: Block) -> usize {
         match block {
             Block::Shape => self.shape,
             Block::Coupled => self.coupled,
@@ -207,7 +207,7 @@ pub struct Point {
     /// Largest force left, in units of the force scale.
     pub residual: f64,
     /// Eigenvalues below 0 ([`CriticalMode::eigenvalue`]) of both blocks: 0 where the equilibrium is stable. With species of
-    /// those that are nearest to 0 ([`Reacting`]).
+    /// those that are nearest to 0 ([`SteadyStateSystem`]).
     pub negative: usize,
     /// Of them those of [`Block::Shape`].
     pub negative_of_shape: usize,

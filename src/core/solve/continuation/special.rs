@@ -96,7 +96,7 @@ impl<S: System> Continuation<S> {
             counted => counted?,
         };
         let arc = self.point.arc + self.distance(at);
-        Ok(Point { event, ..Point::of(at, arc, unstable) })
+        Ok(Point { event, ..Point::new(at, arc, unstable) })
     }
 
     fn fold(&mut self, step: &Step<'_>) -> Result<Option<Point>, S::Error> {

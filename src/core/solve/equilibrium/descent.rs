@@ -164,7 +164,7 @@ impl Equilibrium for Descent {
         Ok(done)
     }
     fn memory(&self) -> Record {
-        Record::of(&self.step)
+        Record::encode(&self.step)
     }
 
     fn restore(&mut self, memory: &Record, _: &Mechanics) -> Result<(), Malformed> {

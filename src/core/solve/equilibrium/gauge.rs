@@ -35,7 +35,7 @@ pub(in crate::solve) struct Gauge {
 impl Gauge {
     /// Of a relaxation towards `goal`. The pull of an anchor hinders every motion, but where the sheet floats the small
     /// viscosity along a path of equilibria hinders none.
-    pub(super) fn of(
+    pub(super) fn for_relaxation(
         potential: &mut Potential,
         x: &[Vec3],
         gradient: &[Vec3],

@@ -112,7 +112,7 @@ impl Lbfgs {
     /// # Errors
     /// [`SolveError::Linear`] if the sheet is too large for one.
     pub fn new(mechanics: &Mechanics, options: LbfgsSpec) -> Result<Self, SolveError> {
-        let scope = Linear::of(mechanics.tally()).matrix.uncounted_scope();
+        let scope = Linear::from_tally(mechanics.tally()).matrix.uncounted_scope();
         let pattern = Arc::clone(mechanics.pattern());
         let matrix = BlockMatrix::zeros(Arc::clone(&pattern));
         drop(scope);
@@ -232,7 +232,7 @@ impl Lbfgs {
         let other = pattern != *self.matrix.pattern();
         if other || kind != self.kind {
             let mechanics = potential.mechanics();
-            let _scope = Linear::of(mechanics.tally()).factors.uncounted_scope();
+            let _scope = Linear::from_tally(mechanics.tally()).factors.uncounted_scope();
             self.inverse = HessianInverse::new(kind, precision, &pattern, mechanics)?;
             self.kind = kind;
             self.factor.ready = false;

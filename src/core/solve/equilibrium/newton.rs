@@ -147,7 +147,7 @@ impl Newton {
     /// # Errors
     /// [`SolveError::Linear`] if the sheet is too large for one.
     pub fn new(mechanics: &Mechanics, options: NewtonSpec) -> Result<Self, SolveError> {
-        let meters = Linear::of(mechanics.tally());
+        let meters = Linear::from_tally(mechanics.tally());
         let scope = meters.matrix.uncounted_scope();
         let pattern = mechanics.pattern();
         drop(scope);
@@ -285,7 +285,7 @@ impl Newton {
         sigma: &mut f64,
         balanced: bool,
     ) -> Result<Tried, SolveError> {
-        let gauge = Gauge::of(potential, at.x, &at.gradient, goal);
+        let gauge = Gauge::for_relaxation(potential, at.x, &at.gradient, goal);
         let (unit, terms) = self.set_hessian(potential, at.x)?;
         let (mut shifted, mut saddle) = (0.0, false);
         loop {

@@ -313,7 +313,7 @@ impl HessianInverse {
         mechanics: &Mechanics,
     ) -> Result<Self, SolveError> {
         let reduction = mechanics.sheet().reduction().clone();
-        let meters = Linear::of(mechanics.tally());
+        let meters = Linear::from_tally(mechanics.tally());
         let _scope = meters.factors.uncounted_scope();
         let rows = pattern.rows();
         let vertices = whole(reduction.count(rows));

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Monolithic;
 use crate::linear::LinearChoice;
-use crate::model::{Part, Storage};
+use crate::model::{Storage, Subsystem};
 use crate::num::checked::Positive;
 use crate::ode::OdeMethod;
 use crate::solve::{Integrator, IntegratorSpec, Result, scaled};
@@ -112,7 +112,7 @@ impl IntegratorSpec for MonolithicSpec {
     fn build(&self, _: Storage) -> Result<Box<dyn Integrator>> {
         let tolerance = (self.rtol.get(), self.atol.get());
         let step = self.step.map(Positive::get);
-        let made = Monolithic::new(Part::Whole, self.method.into(), tolerance, step);
+        let made = Monolithic::new(Subsystem::Whole, self.method.into(), tolerance, step);
         let local_share = step_tolerance_share(self.method, self.rtol.get());
         Ok(Box::new(Monolithic { linear: self.linear, local_share, ..made }))
     }

@@ -6,7 +6,7 @@ use super::super::equilibrium::{self, Equilibrium, Goal, Relaxation, TrustRegion
 use super::super::{Result, SolveError, counters};
 use super::Workspace;
 use crate::Vec3;
-use crate::model::{Anchor, Hold, Model, Potential, State, mean};
+use crate::model::{Anchor, CorotationalForces, Model, Potential, State, mean};
 
 /// Most relaxations one after the other where lengths depend on the shape; each leaves a small part of the force.
 const MAX_ROUNDS: usize = 30;
@@ -21,7 +21,7 @@ pub(in crate::solve) struct Minimisation {
     /// Where it begins, if that is a better start than the shape there is.
     pub(in crate::solve) guess: Option<Vec<Vec3>>,
     /// What holds the sheet while its start is released.
-    pub(in crate::solve) held: Option<Held>,
+    pub(in crate::solve) held: Option<RampConditions>,
     /// Radius of the trust region about the start, in mean edges.
     pub(in crate::solve) trust: Option<f64>,
     /// Where it is given up with [`SolveError::Departed`].
@@ -62,13 +62,13 @@ impl Bound {
 }
 
 /// Length factors in place of those of the species, and forces that hold the sheet.
-pub(in crate::solve) struct Held {
+pub(in crate::solve) struct RampConditions {
     /// Φ of every edge.
     pub(in crate::solve) factor: Vec<f64>,
-    pub(in crate::solve) hold: Hold,
+    pub(in crate::solve) hold: CorotationalForces,
 }
 
-impl Held {
+impl RampConditions {
     /// Brings `potential` under it.
     pub(in crate::solve) fn act_on(self, potential: &mut Potential) {
         potential.set_length_factor(&self.factor);

@@ -23,7 +23,7 @@ use super::super::route::{Ramp, Route};
 use super::super::{Result, SolveError, end_of_step};
 use super::{Minimisation, Workspace};
 use crate::Vec3;
-use crate::model::{Hold, State};
+use crate::model::{CorotationalForces, State};
 use crate::sheet::is_turned;
 
 /// Radius of the trust region of a minimisation that is to stay on its branch, in mean edges: with 2 there, coarse meshes
@@ -136,7 +136,7 @@ impl Workspace {
         potential.set_length_factor(&from);
         let mut force = vec![Vec3::zeros(); state.x.len()];
         potential.energy_gradient(&state.x, &mut force);
-        let hold = Hold { force, shape: state.x.to_vec() };
+        let hold = CorotationalForces { force, shape: state.x.to_vec() };
         Ok(Some(Ramp { lengths: (from, to), hold }))
     }
 
@@ -234,7 +234,7 @@ impl Workspace {
         let potential = at.potential()?;
         let stiffness = potential.force_scale() / potential.metric().mean_edge();
         let drag = DRAG * stiffness / mean;
-        let speed = |i: usize| gradient[i].norm() / (drag * model.drag().at(i));
+        let speed = |i: usize| gradient[i].norm() / (drag * model.drag().tangential(i));
         let fastest = self.reduction().max(gradient.len(), speed);
         let step = match ramp {
             Some(_) => FIRST_SHARE,

@@ -45,7 +45,7 @@ fn folded(n: u32, gap: f64, roughness: f64) -> (Sheet, Vec<Vec3>) {
 /// All pairs within their reach, one by one.
 fn slowly(sheet: &Sheet, x: &[Vec3], range: &Reach) -> Vec<Pair> {
     let mut all = every(sheet, range);
-    all.retain(|pair| pair.kind.distance(&at(x, &pair.corners)) < pair.reach);
+    all.retain(|pair| pair.kind.distance(&corner_positions(x, &pair.corners)) < pair.reach);
     all
 }
 
@@ -76,9 +76,9 @@ fn every(sheet: &Sheet, range: &Reach) -> Vec<Pair> {
 /// The largest share of a step, pair by pair.
 fn slow_step(sheet: &Sheet, x: &[Vec3], direction: &[Vec3]) -> f64 {
     let free = |pair: &Pair| {
-        let from = at(x, &pair.corners);
+        let from = corner_positions(x, &pair.corners);
         let least = MIN_DISTANCE_SHARE * pair.reach.min(pair.kind.distance(&from));
-        pair.kind.free_share(&from, &at(direction, &pair.corners), least)
+        pair.kind.free_share(&from, &corner_positions(direction, &pair.corners), least)
     };
     every(sheet, &RANGE).iter().map(free).fold(1.0, f64::min)
 }
@@ -88,7 +88,9 @@ const RANGE: Reach = Reach { points: 0.6, edges: 0.3, shrinkage: 1.0 };
 fn within(proximity: &mut Proximity, sheet: &Sheet, x: &[Vec3]) -> Vec<Pair> {
     let (points, edges) = proximity.near(sheet, x, &RANGE);
     let all = points.iter().chain(edges);
-    all.filter(|pair| pair.kind.distance(&at(x, &pair.corners)) < pair.reach).copied().collect()
+    all.filter(|pair| pair.kind.distance(&corner_positions(x, &pair.corners)) < pair.reach)
+        .copied()
+        .collect()
 }
 
 #[test]

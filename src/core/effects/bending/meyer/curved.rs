@@ -46,7 +46,7 @@ use crate::effects::bending::HingeBending;
 use crate::effects::bending::hinge::HingeWork;
 use crate::effects::bending::rest::{Curved, RestShape, VariableCurvature};
 use crate::effects::material::at_vertices;
-use crate::effects::{Energy, Material, MaterialField, Values};
+use crate::effects::{Energy, FieldValues, Material, MaterialField};
 use crate::geometry::{Conditions, Shape};
 use crate::num::real;
 use crate::parallel;
@@ -66,7 +66,7 @@ pub(super) struct CurvedRest {
     /// The C₀ that is added and changes in a run.
     variable_curvature: VariableCurvature,
     /// `1 - s` of every vertex.
-    vertices_share: Values,
+    vertices_share: FieldValues,
 }
 
 #[derive(Debug)]
@@ -124,10 +124,14 @@ impl CurvedRest {
         let rigidity = || material.per_triangle(|m| share(m) * m.bending_rigidity());
         let shaped = rest.positions.as_ref().map(|positions| CurvedShape {
             positions: positions.clone(),
-            hinges: HingeBending::with_rigidity(sheet, &rigidity(), &RestShape::at(positions)),
+            hinges: HingeBending::with_rigidity(
+                sheet,
+                &rigidity(),
+                &RestShape::from_positions(positions),
+            ),
         });
         let left = match &shaped {
-            None => Values::Same(1.0),
+            None => FieldValues::Same(1.0),
             Some(_) => vertices_share(material, sheet, share),
         };
         let spontaneous_curvature = rest.spontaneous_curvature.clone().unwrap_or_default();
@@ -158,8 +162,9 @@ impl CurvedRest {
         if self.variable_curvature.is_present() {
             let variable_curvature = &mut work.curved.get_or_insert_default().variable_curvature;
             variable_curvature.clear();
-            variable_curvature
-                .extend_from_slice(&self.variable_curvature.at(conditions).unwrap_or_default());
+            variable_curvature.extend_from_slice(
+                &self.variable_curvature.values_at(conditions).unwrap_or_default(),
+            );
         }
         let Some(shaped) = &self.shaped else { return };
         let &Conditions { sheet, metric, time, .. } = conditions;
@@ -333,7 +338,7 @@ impl CurvedRest {
             differentiate(bending, shape, i, &vertices, &mut derivatives);
             let second = self.second_factors(bending, (gathered, curved), i);
             let area = gathered[i][3];
-            let around = sheet.vertex_edges().of(i);
+            let around = sheet.vertex_edges().entries(i);
             let by_factor =
                 -curved.grown_reference[i] / (growth_at(conditions, i) * real(around.len()));
             for (v, at) in vertices.iter().zip(&derivatives) {
@@ -385,20 +390,20 @@ fn vertices_share(
     material: &MaterialField,
     sheet: &Sheet,
     share: impl Fn(&Material) -> f64,
-) -> Values {
+) -> FieldValues {
     if material.poisson.is_uniform() {
-        return Values::Same(1.0 - share(&material.largest()));
+        return FieldValues::Same(1.0 - share(&material.largest()));
     }
     let part =
         at_vertices(&material.per_triangle(|m| (1.0 - share(m)) * m.bending_rigidity()), sheet);
     let whole = at_vertices(&material.bending_rigidity(), sheet);
-    Values::Each((0..sheet.vertex_count()).map(|i| part.at(i) / whole.at(i)).collect())
+    FieldValues::Each((0..sheet.vertex_count()).map(|i| part.at(i) / whole.at(i)).collect())
 }
 
 /// Mean factor `l̄/l⁰` of the edges around vertex `i`.
 fn growth_at(conditions: &Conditions<'_>, i: usize) -> f64 {
     let (length, reference) = (conditions.metric.length(), conditions.metric.reference_length());
-    let around = conditions.sheet.vertex_edges().of(i);
+    let around = conditions.sheet.vertex_edges().entries(i);
     let sum: f64 = around.iter().map(|&(e, _)| length[e as usize] / reference[e as usize]).sum();
     sum / real(around.len())
 }

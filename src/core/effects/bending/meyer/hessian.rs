@@ -67,7 +67,7 @@ impl Local {
         for i in 0..sheet.vertex_count() {
             ring(sheet, i, &mut vertices);
             if !vertices.is_empty() {
-                local.corners.extend(sheet.vertex_triangles().of(i).iter().map(|&(t, _)| {
+                local.corners.extend(sheet.vertex_triangles().entries(i).iter().map(|&(t, _)| {
                     sheet.triangles()[t as usize].map(|v| {
                         let found = vertices.binary_search(&v).ok();
                         found.and_then(|place| u16::try_from(place).ok()).unwrap_or(u16::MAX)
@@ -80,7 +80,7 @@ impl Local {
     }
 
     #[inline(always)]
-    fn of(&self, i: usize) -> &[[u16; 3]] {
+    fn corners_of(&self, i: usize) -> &[[u16; 3]] {
         &self.corners[self.start[i] as usize..self.start[i + 1] as usize]
     }
 }
@@ -90,7 +90,7 @@ pub(super) fn ring(sheet: &Sheet, i: usize, vertices: &mut Vec<u32>) {
     vertices.clear();
     if !sheet.boundary()[i] {
         vertices.push(index(i));
-        vertices.extend(sheet.vertex_edges().of(i).iter().map(|&(_, j)| j));
+        vertices.extend(sheet.vertex_edges().entries(i).iter().map(|&(_, j)| j));
         vertices.sort_unstable();
     }
 }

@@ -10,7 +10,7 @@ use crate::model::{
 };
 use crate::sheet::Sheet;
 
-impl Values<'_> {
+impl JacobianInputs<'_> {
     /// Whether anything stands between chemistry and shape.
     pub(super) fn has_intermediates(&self) -> bool {
         self.factor_slopes.is_some() || self.curvature_slopes.is_some() || !self.read.is_empty()
@@ -49,7 +49,7 @@ pub(super) fn factor_slopes(
 /// ∂F/∂q.
 pub(super) fn residual_by_intermediates(
     potential: &mut Potential,
-    at: &Values<'_>,
+    at: &JacobianInputs<'_>,
     entries: &mut Entries<'_>,
 ) {
     let layout = at.layout;
@@ -92,7 +92,7 @@ pub(super) fn residual_by_intermediates(
 /// ∂q/∂y.
 pub(super) fn intermediates_by_unknowns(
     potential: &Potential,
-    at: &Values<'_>,
+    at: &JacobianInputs<'_>,
     entries: &mut Entries<'_>,
 ) {
     let sheet = potential.sheet();
@@ -122,7 +122,7 @@ pub(super) fn intermediates_by_unknowns(
 /// Adds to a row what changes by `slope` with species number s at a vertex.
 fn by_vertex(
     potential: &Potential,
-    at: &Values<'_>,
+    at: &JacobianInputs<'_>,
     (row, s, vertex): (usize, usize, usize),
     slope: f64,
     entries: &mut Entries<'_>,
@@ -142,7 +142,7 @@ fn by_vertex(
 }
 
 /// Everything at one state.
-pub(super) struct Values<'a> {
+pub(super) struct JacobianInputs<'a> {
     pub(super) layout: &'a Layout,
     pub(super) state: &'a State,
     pub(super) surface: &'a Surface,
@@ -157,9 +157,9 @@ pub(super) struct Values<'a> {
     pub(super) read: &'a [usize],
 }
 
-impl<'a> Values<'a> {
+impl<'a> JacobianInputs<'a> {
     /// All but the Hessian. Lengths that nothing feels need no derivatives.
-    pub(super) fn of(
+    pub(super) fn new(
         model: &'a Model,
         (layout, state): (&'a Layout, &'a State),
         (surface, signals): (&'a Surface, &SignalColumns),

@@ -12,14 +12,14 @@ use super::super::preconditioner::{HessianInverse, Learnt, Preconditioner};
 use super::Lbfgs;
 use crate::Vec3;
 use crate::effects::RankOneTerm;
-use crate::linear::{BlockMatrix, Values};
+use crate::linear::{BlockMatrix, BlockValues};
 use crate::model::Mechanics;
 use crate::record::{Malformed, Record};
 use crate::solve::equilibrium::lbfgs::FactorSettings;
 
 /// All that later relaxations depend on.
 #[derive(Serialize, Deserialize)]
-pub(super) struct Memory<'a> {
+pub(super) struct LbfgsState<'a> {
     multigrid: bool,
     weight: f64,
     shift: f64,
@@ -41,15 +41,15 @@ struct Factor<'a> {
 struct Matrix<'a> {
     /// Its pattern, where pairs of the moment are a part of it.
     pairs: Option<Vec<[u32; 2]>>,
-    values: Cow<'a, Values>,
+    values: Cow<'a, BlockValues>,
     made: Cow<'a, FactorSettings>,
     terms: Cow<'a, [RankOneTerm]>,
 }
 
 impl Lbfgs {
-    /// Its [`Memory`].
+    /// Its [`LbfgsState`].
     pub(super) fn written(&self) -> Record {
-        Record::of(&Memory {
+        Record::encode(&LbfgsState {
             multigrid: self.kind == Preconditioner::Multigrid,
             weight: self.factor.weight,
             shift: self.factor.shift,
@@ -76,10 +76,10 @@ impl Lbfgs {
 
     pub(super) fn take_over(
         &mut self,
-        memory: Memory<'_>,
+        memory: LbfgsState<'_>,
         mechanics: &Mechanics,
     ) -> Result<(), Malformed> {
-        let Memory { multigrid, weight, shift, refresh, learnt, factor } = memory;
+        let LbfgsState { multigrid, weight, shift, refresh, learnt, factor } = memory;
         let reduction = mechanics.sheet().reduction();
         self.kind = match self.options.preconditioner {
             auto @ Preconditioner::Auto if reduction.ranks().is_some() => {

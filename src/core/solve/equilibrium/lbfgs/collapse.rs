@@ -25,10 +25,10 @@ impl Lbfgs {
         };
         let sheet = potential.sheet();
         // Bending reaches one ring further than the triangle itself.
-        let around = sheet.vertex_edges().of(worst).iter().map(|&(_, j)| j as usize);
+        let around = sheet.vertex_edges().entries(worst).iter().map(|&(_, j)| j as usize);
         let mut collapsed: Vec<usize> = std::iter::once(worst)
             .chain(around)
-            .flat_map(|i| sheet.vertex_triangles().of(i).iter().map(|&(t, _)| t as usize))
+            .flat_map(|i| sheet.vertex_triangles().entries(i).iter().map(|&(t, _)| t as usize))
             .filter(|&t| triangle_quality(sheet.triangles()[t].map(|v| x[v as usize])) < COLLAPSED)
             .filter(|&t| !sheet.triangles()[t].iter().all(|v| self.fixed.contains(&(*v as usize))))
             .collect();
@@ -41,7 +41,8 @@ impl Lbfgs {
         }
         for &t in &collapsed {
             for v in sheet.triangles()[t] {
-                let around = sheet.vertex_edges().of(v as usize).iter().map(|&(_, j)| j as usize);
+                let around =
+                    sheet.vertex_edges().entries(v as usize).iter().map(|&(_, j)| j as usize);
                 self.fixed.extend(std::iter::once(v as usize).chain(around));
             }
         }

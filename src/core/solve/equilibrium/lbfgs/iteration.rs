@@ -249,7 +249,7 @@ impl Lbfgs {
             self.stiffen();
         }
         self.complete_snapshot();
-        self.gauge = Gauge::of(potential, x, &at.gradient, goal);
+        self.gauge = Gauge::for_relaxation(potential, x, &at.gradient, goal);
         self.refactor(potential, x, at.done.residual)?;
         self.factor.weight = rules.weight;
         at.stiffest = self.factor.shift >= MAX_SHIFT || self.inverse.is_matrix_free();

@@ -18,7 +18,7 @@
 
 use super::super::super::dihedral;
 use super::super::BendingWeight;
-use crate::effects::{Values, element};
+use crate::effects::{FieldValues, element};
 use crate::geometry::Shape;
 use crate::linear::{BlockMatrix, LazyStencils};
 use crate::sheet::Sheet;
@@ -45,7 +45,7 @@ impl BoundaryHinges {
     /// Adds their stiffness; `gaussian` is B(1-ν) of the vertices, of which the ends of an edge count.
     pub(super) fn add(
         &mut self,
-        gaussian: &Values,
+        gaussian: &FieldValues,
         weight: BendingWeight,
         shape: &Shape<'_>,
         into: &mut BlockMatrix,
@@ -59,8 +59,8 @@ impl BoundaryHinges {
         };
         let corners = &self.corners;
         let of = |[a, b, ..]: [u32; 4]| match gaussian {
-            Values::Same(gaussian) => *gaussian,
-            Values::Each(all) => 0.5 * (all[a as usize] + all[b as usize]),
+            FieldValues::Same(gaussian) => *gaussian,
+            FieldValues::Each(all) => 0.5 * (all[a as usize] + all[b as usize]),
         };
         let blocks = |h: usize| {
             dihedral::stiffness_blocks(

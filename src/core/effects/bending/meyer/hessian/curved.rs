@@ -116,9 +116,9 @@ pub(in super::super) fn differentiate(
     if vertices.is_empty() {
         return;
     }
-    for &(t, k) in shape.sheet.vertex_triangles().of(i) {
+    for &(t, k) in shape.sheet.vertex_triangles().entries(i) {
         let (t, k) = (t as usize, k as usize % 3);
-        let (face, e) = (Face::of(&shape.corners(t)), shape.edge_vectors(t));
+        let (face, e) = (Face::from_corners(&shape.corners(t)), shape.edge_vectors(t));
         let n = face.normal;
         let mut unit = [0.0; 3];
         unit[k] = 1.0;

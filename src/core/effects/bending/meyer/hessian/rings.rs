@@ -85,11 +85,11 @@ impl OuterPart<'_> {
     fn differentiate(&self, i: usize, ring: &mut [Derivatives]) {
         let Self { at: At { bending, .. }, shape, .. } = self;
         ring.fill(Derivatives::ZERO);
-        let incident = shape.sheet.vertex_triangles().of(i);
-        for (&(t, k), local) in incident.iter().zip(self.local.of(i)) {
+        let incident = shape.sheet.vertex_triangles().entries(i);
+        for (&(t, k), local) in incident.iter().zip(self.local.corners_of(i)) {
             let (t, k) = (t as usize, k as usize % 3);
             let corners = shape.corners(t);
-            let face = Face::of(&corners);
+            let face = Face::from_corners(&corners);
             let (n, e) = (face.normal, edges_of(&corners));
             let mut area_slopes = [Vec3::zeros(); 3];
             if bending.area.rule() == AreaRule::MixedVoronoi {

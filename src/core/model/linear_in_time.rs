@@ -3,7 +3,7 @@
 /// Columns of values that go along a straight line in time: signals while the chemistry moves
 /// alone, species while the shape does.
 #[derive(Debug, Clone, PartialEq)]
-pub struct TimeCourse {
+pub struct LinearInTime {
     start: f64,
     end: f64,
     from: Vec<Vec<f64>>,
@@ -11,7 +11,7 @@ pub struct TimeCourse {
     to: Option<Vec<Vec<f64>>>,
 }
 
-impl TimeCourse {
+impl LinearInTime {
     /// Values that do not change.
     #[must_use]
     pub fn still(values: Vec<Vec<f64>>) -> Self {
@@ -31,7 +31,7 @@ impl TimeCourse {
     }
 
     /// The values at `time`, which may lie outside the two times.
-    pub fn at(&self, time: f64, out: &mut Vec<Vec<f64>>) {
+    pub fn interpolate(&self, time: f64, out: &mut Vec<Vec<f64>>) {
         out.clone_from(&self.from);
         let Some(to) = &self.to else { return };
         let share = (time - self.start) / (self.end - self.start);

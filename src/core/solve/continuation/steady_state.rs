@@ -34,7 +34,7 @@ use super::{
 };
 use crate::Vec3;
 use crate::linear::{Factor, LinearChoice, Pattern, ShiftedJacobian, dot};
-use crate::model::{Coupled, Layout, Memory, Model, Potential, State};
+use crate::model::{Coupled, EvaluationBuffers, Layout, Model, Potential, State};
 use crate::solve::equilibrium::Gauge;
 use crate::solve::stability::Stability;
 use crate::solve::{Control, SolveError};
@@ -60,7 +60,7 @@ pub trait ReactingFamily {
 }
 
 /// The steady states of a family of models.
-pub struct Reacting<F: ReactingFamily> {
+pub struct SteadyStateSystem<F: ReactingFamily> {
     /// The models.
     pub family: F,
     factor: Option<(Arc<Pattern>, Factor)>,
@@ -79,7 +79,7 @@ pub struct Member {
     time: f64,
 }
 
-impl<F: ReactingFamily> Continuation<Reacting<F>> {
+impl<F: ReactingFamily> Continuation<SteadyStateSystem<F>> {
     /// Begins at the steady state of `parameter` near `start`, towards larger λ or smaller ones, as `forward` says.
     ///
     /// # Errors
@@ -99,7 +99,7 @@ impl<F: ReactingFamily> Continuation<Reacting<F>> {
         let metric = Metric::new(model.sheet(), settings.scales(), (&typical, points));
         let follows = model.moves() && model.storage().mechanics == 0.0;
         let stability = follows.then(|| Stability::new(model.mechanics())).transpose()?;
-        let system = Reacting {
+        let system = SteadyStateSystem {
             family,
             factor: None,
             coupled: None,
@@ -144,7 +144,7 @@ pub(super) fn unflatten(layout: &Layout, all: &[f64], like: &Unknowns) -> Unknow
     unknowns
 }
 
-impl<F: ReactingFamily> Reacting<F> {
+impl<F: ReactingFamily> SteadyStateSystem<F> {
     /// Solves `-J x = b` in place.
     fn solve(&mut self, x: &mut [f64]) -> Result<(), SolveError> {
         match &mut self.factor {
@@ -188,13 +188,13 @@ impl<F: ReactingFamily> Reacting<F> {
         let Some(stability) = &mut self.stability else { return Ok(None) };
         let Member { model, time } = &at.member;
         let state = state(model, *time, &at.at);
-        let mut memory = Memory::default();
+        let mut memory = EvaluationBuffers::default();
         let mut evaluation = model.at(&state, &mut memory);
         Ok(Some(ask(stability, evaluation.potential()?)?))
     }
 }
 
-impl<F: ReactingFamily> System for Reacting<F> {
+impl<F: ReactingFamily> System for SteadyStateSystem<F> {
     type Error = F::Error;
     type Member = Member;
 
@@ -217,7 +217,7 @@ impl<F: ReactingFamily> System for Reacting<F> {
         let Member { model, time } = &equilibrium.member;
         let state = state(model, *time, &equilibrium.at);
         if model.moves() && tolerance.is_finite() {
-            let (mut memory, x) = (Memory::default(), &equilibrium.at.x);
+            let (mut memory, x) = (EvaluationBuffers::default(), &equilibrium.at.x);
             let mut evaluation = model.at(&state, &mut memory);
             let gradient = &equilibrium.imbalance.x;
             self.gauge = Gauge::new(evaluation.potential()?, x, gradient, tolerance);
@@ -349,7 +349,7 @@ impl<F: ReactingFamily> System for Reacting<F> {
             return false;
         }
         let here = state(model, *time, &at.at);
-        let mut memory = Memory::default();
+        let mut memory = EvaluationBuffers::default();
         let mut evaluation = model.at(&here, &mut memory);
         !model.moves()
             || evaluation.potential().is_ok_and(|potential| {
@@ -375,7 +375,7 @@ pub fn imbalance(
     model.mechanics().set_prescribed(time, &mut at.x);
     model.hold(&mut at.species);
     let state = state(model, time, at);
-    let mut memory = Memory::default();
+    let mut memory = EvaluationBuffers::default();
     let mut evaluation = model.at(&state, &mut memory);
     let mut imbalance = at.zeros_like();
     let (mut energy, mut residual) = (0.0, 0.0);
