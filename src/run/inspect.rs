@@ -292,7 +292,7 @@ fn concentrations(chemistry: &Chemistry, at: &mut Evaluation<'_>) -> Result<Map<
     chemistry.reaction(&c, &columns, &mut out)?;
     for (term, operator) in chemistry.transports().iter().zip(at.surface().operators()) {
         let out = &mut diffusion[term.species()];
-        chemistry.add_transport(model.sheet(), (term, operator), &c, out)?;
+        chemistry.add_transport((model.sheet(), state.time), (term, operator), &c, out)?;
     }
     let factor = json!(chemistry.point_length_factor(&state.species)?);
     let mut all = Map::new();

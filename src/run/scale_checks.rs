@@ -84,7 +84,7 @@ pub(super) fn check_transport(
     transport: &TransportTerm,
     sheet: &Sheet,
 ) -> Result<(), ProblemError> {
-    let rate = transport.spectral_bound(&transport.operator_on(sheet, sheet.rest()));
+    let rate = transport.spectral_bound((sheet, 0.0), &transport.operator_on(sheet, sheet.rest()));
     // NaN does not count as a rate below the bound either.
     if rate <= LARGEST {
         return Ok(());

@@ -89,8 +89,8 @@ impl Simulation {
     pub fn new(scene: &Scene, search: &PluginSearch) -> Result<Self> {
         let mut notes = Vec::new();
         let sheet = Arc::new(read_sheet(scene, &mut notes)?);
-        if let Some(place) = sheet.reduction().place() {
-            super::ranks::check(scene, place)?;
+        if !sheet.reduction().periods().is_empty() {
+            super::ranks::check(scene, true)?;
         }
         set_up(scene, search, (sheet, None), notes)
     }
@@ -104,7 +104,7 @@ impl Simulation {
         search: &PluginSearch,
         ranks: Arc<dyn Communicator>,
     ) -> Result<Self> {
-        super::ranks::check(scene, "on more than one rank")?;
+        super::ranks::check(scene, false)?;
         let mut notes = Vec::new();
         let place = |e: sheet::SheetError| scene.error_at("sheet", &e.to_string(), None);
         let (around, part, mesh) = match initial_state::lattice(scene)? {

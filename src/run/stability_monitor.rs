@@ -11,7 +11,9 @@
 //! the rest.
 
 use std::path::Path;
+use std::sync::Arc;
 
+use super::ranks::Piece;
 use super::stability::{add_modes, directions};
 use super::{Error, Result, Simulation};
 use crate::Vec3;
@@ -195,10 +197,12 @@ impl StabilityMonitor {
     /// Whether nothing pulls the shape along `mode` that a displacement by so much would not exceed
     /// by far: it then stays where it is in that direction.
     fn is_stuck(&self, simulation: &mut Simulation, mode: &Mode, by: f64) -> Result<bool> {
+        let model = Arc::clone(simulation.model());
         let gradient = simulation.evaluate().gradient()?;
-        let pull: f64 = gradient.iter().zip(&mode.shape).map(|(g, v)| g.dot(v)).sum();
-        let mass = self.stability.mass().iter().zip(&mode.shape);
-        let weight: f64 = mass.map(|(mass, v)| mass * v.norm_squared()).sum();
+        let (sheet, mass, shape) = (model.sheet(), self.stability.mass(), &mode.shape);
+        let sum = |of: &(dyn Fn(usize) -> f64 + Sync)| sheet.reduction().sum(shape.len(), of);
+        let pull = sum(&|i| gradient[i].dot(&shape[i]));
+        let weight = sum(&|i| mass[i] * shape[i].norm_squared());
         Ok(pull.abs() <= NO_PULL * (mode.eigenvalue * by).abs() * weight)
     }
 
@@ -235,10 +239,17 @@ impl StabilityMonitor {
         modes: &[Mode],
         (events, progress): (&mut Events, &mut Progress),
     ) -> Result<()> {
+        let model = Arc::clone(simulation.model());
         let mut frame = simulation.frame()?;
         add_modes(&mut frame, modes);
         let path = self.directory.mode(self.written);
-        vtu::write(&path, &frame, self.compression)?;
+        match model.sheet().reduction().periods() {
+            [] => vtu::write(&path, &frame, self.compression)?,
+            _ => {
+                let piece = Piece::new(model.sheet(), &frame);
+                vtu::write(&path, &piece.frame(model.sheet(), &frame), self.compression)?;
+            }
+        }
         self.written += 1;
         let file = path.strip_prefix(self.directory.root()).unwrap_or(&path);
         let eigenvalue = modes.first().map_or(f64::NAN, |m| m.eigenvalue);

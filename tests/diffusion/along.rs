@@ -53,7 +53,7 @@ fn the_flux_is_that_of_the_carried_fibre() {
     for gradient in [a, b, a + 2.0 * b, Vec3::new(0.3, -0.5, 1.0)] {
         let c: Vec<f64> = x.iter().map(|x| gradient.dot(x)).collect();
         let mut rate = vec![0.0; c.len()];
-        term.add_rate(&sheet, &operator, &c, &mut rate);
+        term.add_rate((&sheet, 0.0), &operator, &c, &mut rate);
         let flow: f64 = (0..c.len()).map(|i| areas[i] * c[i] * rate[i]).sum();
         let expected = along * gradient.dot(&a).powi(2) + across * gradient.dot(&b).powi(2);
         assert!((flow / (-total * expected) - 1.0).abs() < 1e-12, "{flow} {expected}");

@@ -73,11 +73,11 @@ impl<'a, T: Transport> On<'a, T> {
     }
 
     pub fn add_rate(&self, c: &[f64], out: &mut [f64]) {
-        self.transport.add_rate(self.sheet, &self.operator, c, out);
+        self.transport.add_rate((self.sheet, 0.0), &self.operator, c, out);
     }
 
     pub fn spectral_bound(&self) -> f64 {
-        self.transport.spectral_bound(&self.operator)
+        self.transport.spectral_bound((self.sheet, 0.0), &self.operator)
     }
 }
 

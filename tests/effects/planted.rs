@@ -147,7 +147,7 @@ impl Transport for Planted {
         }));
     }
 
-    fn add_rate(&self, sheet: &Sheet, rates: &Vec<f64>, c: &[f64], out: &mut [f64]) {
+    fn add_rate(&self, (sheet, _): (&Sheet, f64), rates: &Vec<f64>, c: &[f64], out: &mut [f64]) {
         if self.fault == "overwrites" {
             out.fill(0.0);
         }
@@ -165,13 +165,18 @@ impl Transport for Planted {
         }
     }
 
-    fn spectral_bound(&self, rates: &Vec<f64>) -> f64 {
+    fn spectral_bound(&self, _: (&Sheet, f64), rates: &Vec<f64>) -> f64 {
         let largest = rates.iter().copied().fold(0.0, f64::max);
         let bound = if self.fault == "low bound" { largest } else { 24.0 * largest };
         self.or_nan("bound", bound)
     }
 
-    fn entries(&self, sheet: &Sheet, rates: &Vec<f64>, emit: &mut dyn FnMut(usize, usize, f64)) {
+    fn entries(
+        &self,
+        (sheet, _): (&Sheet, f64),
+        rates: &Vec<f64>,
+        emit: &mut dyn FnMut(usize, usize, f64),
+    ) {
         for (k, (edge, rate)) in sheet.edges().iter().zip(rates).enumerate() {
             let wrong = if k == 5 && self.fault == "entries" { 1.0001 } else { 1.0 };
             let [i, j] = edge.vertices.map(|v| v as usize);
@@ -187,7 +192,7 @@ impl Transport for Planted {
 
     fn shape_derivatives(
         &self,
-        sheet: &Sheet,
+        (sheet, _): (&Sheet, f64),
         rates: &Vec<f64>,
         x: &[Vec3],
         c: &[f64],

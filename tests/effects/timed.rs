@@ -125,3 +125,72 @@ fn formulas_of_the_time_that_cannot_be_are_refused() {
         assert!(error.contains(words), "{error}");
     }
 }
+
+/// What a uniform concentration is after a run of a planar disc with this effect, by theory.
+fn exchanged(effect: &str, integrator: &str, location: &str) -> f64 {
+    let text = format!(
+        "sheet = {{ shape = 'disc', radius = 2.0, vertices = 60, planar = true }}\n\
+         [kinetics]\nrates.c = '0'\ninitial.c = 0.0\nlocation = '{location}'\n\
+         [time]\npolicy = 'simultaneous'\nuntil = 2.0\nintegrator = {integrator}\n[[effect]]\nspecies = 'c'\n{effect}\n"
+    );
+    let (_, mut simulation) = prepare(&text, &[]);
+    simulation.prepare().unwrap();
+    while simulation.state().time < 2.0 {
+        simulation.step(2.0).unwrap_or_else(|e| panic!("{integrator}: {e}"));
+    }
+    let area = rumple::geometry::face_areas(simulation.sheet(), simulation.sheet().rest());
+    let c = &simulation.state().species[0];
+    let all: f64 = area.iter().sum();
+    let per_face = |t: usize| match location {
+        "face" => c[t],
+        _ => simulation.sheet().triangles()[t].iter().map(|v| c[*v as usize]).sum::<f64>() / 3.0,
+    };
+    (0..area.len()).map(|t| area[t] * per_face(t)).sum::<f64>() / all
+}
+
+/// c' = k (c_ref - c) and c' = q L/A in t = 0 … 2, by exact solutions: inflow whose formulas read the time.
+#[test]
+fn flux_and_exchange_may_change_in_time() {
+    let exchange = |rate: &str, reference: &str| {
+        format!(
+            "kind = 'exchange'\nwhere = 'all'\nper = 'area'\nrate = {rate}\nreference = {reference}"
+        )
+    };
+    let perimeter_per_area = {
+        let sheet = generate(&SheetShape::Disc { radius: 2.0 }, 60, 0).unwrap();
+        let rest = sheet.rest();
+        let edges = sheet.edges().iter().filter(|edge| edge.is_boundary());
+        let length = |[a, b]: [u32; 2]| (rest[a as usize] - rest[b as usize]).norm();
+        edges.map(|edge| length(edge.vertices)).sum::<f64>()
+            / rumple::geometry::face_areas(&sheet, rest).iter().sum::<f64>()
+    };
+    let t: f64 = 2.0;
+    let cases = [
+        (exchange("2.0", "'sin(t)'"), 0.8 * t.sin() - 0.4 * t.cos() + 0.4 * (-2.0 * t).exp()),
+        (exchange("'1 + t'", "1.0"), 1.0 - (-t - 0.5 * t * t).exp()),
+        (
+            "kind = 'flux'\nwhere = 'rim'\nvalue = '0.3*t^2'".to_owned(),
+            perimeter_per_area * 0.1 * t.powi(3),
+        ),
+        // A pulse between two steps, of which the run must take note.
+        (
+            "kind = 'flux'\nwhere = 'rim'\nvalue = '5*step(t - 1.01)*step(1.02 - t)'".to_owned(),
+            perimeter_per_area * 0.05,
+        ),
+    ];
+    let integrators = [
+        "{ kind = 'staggered', rtol = 1e-4, atol = 1e-4 }",
+        "{ kind = 'monolithic', method = 'bdf', rtol = 1e-6, atol = 1e-6 }",
+        "{ kind = 'monolithic', method = 'esdirk34', rtol = 1e-6, atol = 1e-6 }",
+        "{ kind = 'explicit', method = 'tsit45', rtol = 1e-6, atol = 1e-6 }",
+    ];
+    for (effect, exact) in &cases {
+        for integrator in integrators {
+            for location in ["vertex", "face"] {
+                let found = exchanged(effect, integrator, location);
+                let error = (found - exact).abs() / exact.abs();
+                assert!(error < 2e-3, "{effect} {integrator} {location}: {found} {exact}");
+            }
+        }
+    }
+}

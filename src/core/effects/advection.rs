@@ -227,7 +227,13 @@ impl Transport for CellAdvection {
         operator.bound = bound;
     }
 
-    fn add_rate(&self, sheet: &Sheet, operator: &AdvectionOperator, c: &[f64], out: &mut [f64]) {
+    fn add_rate(
+        &self,
+        (sheet, _): (&Sheet, f64),
+        operator: &AdvectionOperator,
+        c: &[f64],
+        out: &mut [f64],
+    ) {
         parallel::update(out, |i, rate| {
             let mine = c[i] * self.density_per_value(operator, i);
             let around = sheet.vertex_edges().entries(i).iter();
@@ -242,13 +248,13 @@ impl Transport for CellAdvection {
         });
     }
 
-    fn spectral_bound(&self, operator: &AdvectionOperator) -> f64 {
+    fn spectral_bound(&self, _: (&Sheet, f64), operator: &AdvectionOperator) -> f64 {
         operator.bound
     }
 
     fn entries(
         &self,
-        sheet: &Sheet,
+        (sheet, _): (&Sheet, f64),
         operator: &AdvectionOperator,
         emit: &mut dyn FnMut(usize, usize, f64),
     ) {
@@ -270,7 +276,7 @@ impl Transport for CellAdvection {
 
     fn shape_derivatives(
         &self,
-        sheet: &Sheet,
+        (sheet, time): (&Sheet, f64),
         operator: &AdvectionOperator,
         x: &[Vec3],
         c: &[f64],
@@ -279,7 +285,7 @@ impl Transport for CellAdvection {
         let density: Vec<f64> =
             c.iter().enumerate().map(|(i, c)| c * self.density_per_value(operator, i)).collect();
         let mut rate = vec![0.0; c.len()];
-        self.add_rate(sheet, operator, c, &mut rate);
+        self.add_rate((sheet, time), operator, c, &mut rate);
         for (t, triangle) in sheet.triangles().iter().enumerate() {
             let v = triangle.map(|v| v as usize);
             let corners = v.map(|v| x[v]);

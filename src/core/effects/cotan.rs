@@ -223,7 +223,13 @@ impl Transport for Cotan {
         }
     }
 
-    fn add_rate(&self, sheet: &Sheet, operator: &CotanOperator, c: &[f64], out: &mut [f64]) {
+    fn add_rate(
+        &self,
+        (sheet, _): (&Sheet, f64),
+        operator: &CotanOperator,
+        c: &[f64],
+        out: &mut [f64],
+    ) {
         if self.coefficient == 0.0 {
             return;
         }
@@ -254,13 +260,13 @@ impl Transport for Cotan {
         }
     }
 
-    fn spectral_bound(&self, operator: &CotanOperator) -> f64 {
+    fn spectral_bound(&self, _: (&Sheet, f64), operator: &CotanOperator) -> f64 {
         self.coefficient.abs() * self.effective_operator(operator).bound
     }
 
     fn entries(
         &self,
-        sheet: &Sheet,
+        (sheet, _): (&Sheet, f64),
         operator: &CotanOperator,
         emit: &mut dyn FnMut(usize, usize, f64),
     ) {
@@ -284,7 +290,7 @@ impl Transport for Cotan {
 
     fn shape_derivatives(
         &self,
-        sheet: &Sheet,
+        (sheet, time): (&Sheet, f64),
         operator: &CotanOperator,
         x: &[Vec3],
         c: &[f64],
@@ -298,7 +304,7 @@ impl Transport for Cotan {
         let density = |i: usize| if amount { c[i] * self.rest_area[i] / area[i] } else { c[i] };
         let per = |i: usize| if amount { self.rest_area[i] } else { area[i] };
         let mut rate = vec![0.0; c.len()];
-        self.add_rate(sheet, operator, c, &mut rate);
+        self.add_rate((sheet, time), operator, c, &mut rate);
         let neighbours = sheet.vertex_edges();
         for (t, triangle) in sheet.triangles().iter().enumerate() {
             let factor = self.varying.get(t).copied().unwrap_or(self.coefficient);

@@ -6,7 +6,7 @@
 //! D ∂c/∂n = k (c_ref - c)        on its boundary edges               k: length/time, n outwards
 //! ```
 //!
-//! k ≥ 0 and c_ref are numbers or formulas of the rest position; c and c_ref are amounts per current area, also where
+//! k ≥ 0 and c_ref are numbers or formulas of the rest position and time; c and c_ref are amounts per current area, also where
 //! the species is counted per rest area. Discretisation: see the file `inflow.rs`.
 //!
 //! Reference: Carslaw & Jaeger, Conduction of Heat in Solids (1959), section 1.9.
@@ -16,9 +16,12 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::field::named;
-use super::inflow::{FluxPer, FluxSource, Inflow};
-use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Needs, Region};
+use super::inflow::{FluxPer, FluxSource, Inflow, InflowDensity};
+use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Needs, Region, timed_field};
+use crate::kinetics::Location;
+use crate::kinetics::breakpoints::TimeDependence;
 use crate::num::checked::NonNegative;
+use crate::sheet::Sheet;
 
 /// Parameters of an exchange in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -59,11 +62,18 @@ impl EffectSpec for Exchange {
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let place = context.species("species", &self.species, "be exchanged")?;
-        let loss = context.at_vertices(&self.rate, "rate")?;
-        let reference = context.at_vertices(&self.reference, "reference")?;
-        let supply = loss.iter().zip(&reference).map(|(rate, value)| rate * value).collect();
-        let through = FluxSource { region: &self.region, per: self.per, supply, loss };
-        Ok(Effect::transport(Inflow::new(("exchange", "rate"), context, place, &through)?))
+        let at_vertices = Location::Vertex;
+        let rate = context.timed_field(&self.rate, at_vertices, "rate")?;
+        let reference = context.timed_field(&self.reference, at_vertices, "reference")?;
+        let density = InflowDensity::Exchange(rate, reference);
+        let through = FluxSource { region: &self.region, per: self.per, density };
+        Ok(Effect::transport(Inflow::new(("exchange", "rate"), context, place, through)?))
+    }
+
+    fn time_dependence(&self, sheet: &Sheet, until: f64) -> TimeDependence {
+        let mut found = timed_field::time_dependence([&self.reference], sheet, until);
+        found.add(timed_field::time_dependence([&self.rate], sheet, until));
+        found
     }
 }
 

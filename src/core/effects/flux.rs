@@ -5,7 +5,7 @@
 //! D ∂c/∂n = q                on its boundary edges               q: amount/(time length), n outwards
 //! ```
 //!
-//! q > 0 flows in. It is a number or a formula of the rest position, counts per current area or length, and adds
+//! q > 0 flows in. It is a number or a formula of the rest position and time, counts per current area or length, and adds
 //! `∫ q` to the total per unit of time. Discretisation: see the file `inflow.rs`.
 //!
 //! Reference: natural boundary conditions of linear elements, e.g. Ern & Guermond, Theory and Practice of Finite
@@ -16,8 +16,11 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::field::named;
-use super::inflow::{FluxPer, FluxSource, Inflow};
-use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Needs, Region};
+use super::inflow::{FluxPer, FluxSource, Inflow, InflowDensity};
+use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Needs, Region, timed_field};
+use crate::kinetics::Location;
+use crate::kinetics::breakpoints::TimeDependence;
+use crate::sheet::Sheet;
 
 /// Parameters of a flux in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -55,10 +58,14 @@ impl EffectSpec for Flux {
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let place = context.species("species", &self.species, "flow in")?;
-        let supply = context.at_vertices(&self.value, "value")?;
-        let loss = vec![0.0; supply.len()];
-        let through = FluxSource { region: &self.region, per: self.per, supply, loss };
-        Ok(Effect::transport(Inflow::new(("flux", "value"), context, place, &through)?))
+        let value = context.timed_field(&self.value, Location::Vertex, "value")?;
+        let density = InflowDensity::Flux(value);
+        let through = FluxSource { region: &self.region, per: self.per, density };
+        Ok(Effect::transport(Inflow::new(("flux", "value"), context, place, through)?))
+    }
+
+    fn time_dependence(&self, sheet: &Sheet, until: f64) -> TimeDependence {
+        timed_field::time_dependence([&self.value], sheet, until)
     }
 }
 

@@ -155,7 +155,13 @@ impl Transport for GreenGauss {
         }
     }
 
-    fn add_rate(&self, sheet: &Sheet, operator: &GreenGaussOperator, c: &[f64], out: &mut [f64]) {
+    fn add_rate(
+        &self,
+        (sheet, _): (&Sheet, f64),
+        operator: &GreenGaussOperator,
+        c: &[f64],
+        out: &mut [f64],
+    ) {
         if self.coefficient == 0.0 {
             return;
         }
@@ -163,13 +169,13 @@ impl Transport for GreenGauss {
         parallel::update(out, |t, rate| *rate += self.coefficient * laplacian[t]);
     }
 
-    fn spectral_bound(&self, operator: &GreenGaussOperator) -> f64 {
+    fn spectral_bound(&self, _: (&Sheet, f64), operator: &GreenGaussOperator) -> f64 {
         self.coefficient * self.effective_operator(operator).bound
     }
 
     fn entries(
         &self,
-        sheet: &Sheet,
+        (sheet, _): (&Sheet, f64),
         operator: &GreenGaussOperator,
         emit: &mut dyn FnMut(usize, usize, f64),
     ) {

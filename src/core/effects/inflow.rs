@@ -1,15 +1,18 @@
 //! Inflow of a species through a part of the sheet or of its boundary, at a rate that is linear in its density.
 //!
 //! ```text
-//! d(A_p ρ_p)/dt = … + m_p (q_p - k_p ρ_p)
+//! d(A_p ρ_p)/dt = … + m_p (q_p - k_p ρ_p)        q and k may depend on time
 //! ```
 //!
 //! ρ_p the density (amount per current area), A_p the area of the point, m_p its share of the chosen triangles (a third of
 //! each at a vertex) or boundary edges (half of each) of the current shape: linear elements with lumped integrals, of
 //! second order. Of amounts per rest area the value is `C = ρ A/A⁰`.
 
+use std::borrow::Cow;
+
 use serde::{Deserialize, Serialize};
 
+use super::timed_field::TimedField;
 use super::{EffectContext, EffectError, Measure, Region, Transport};
 use crate::Vec3;
 use crate::kinetics::Location;
@@ -78,10 +81,6 @@ struct Inlet {
     area: (Vec<Facet>, f64),
     /// Its area at rest; for amounts.
     rest_area: f64,
-    /// q.
-    supply: f64,
-    /// k.
-    loss: f64,
 }
 
 impl Inlet {
@@ -102,14 +101,52 @@ pub struct Inflow {
     location: Location,
     measure: Measure,
     inlets: Vec<Inlet>,
+    density: InflowDensity,
+    /// q and k at the inlets, where they are the same at all times.
+    constant: Option<Vec<[f64; 2]>>,
 }
 
-/// What the species flows through: values of q and k at the vertices.
+/// What flows in, by values at the vertices.
+#[derive(Debug)]
+pub(super) enum InflowDensity {
+    /// A flux: q, and k = 0.
+    Flux(TimedField),
+    /// An exchange: k and c_ref, and q = k c_ref.
+    Exchange(TimedField, TimedField),
+}
+
+impl InflowDensity {
+    fn depends_on_time(&self) -> bool {
+        match self {
+            Self::Flux(flux) => flux.depends_on_time(),
+            Self::Exchange(rate, reference) => {
+                rate.depends_on_time() || reference.depends_on_time()
+            }
+        }
+    }
+
+    /// q and k at every vertex.
+    fn evaluate(&self, sheet: &Sheet, time: f64) -> Vec<[f64; 2]> {
+        let each = 0..sheet.vertex_count();
+        match self {
+            Self::Flux(flux) => {
+                let flux = flux.evaluate(sheet, time);
+                each.map(|v| [flux.at(v), 0.0]).collect()
+            }
+            Self::Exchange(rate, reference) => {
+                let (rate, reference) =
+                    (rate.evaluate(sheet, time), reference.evaluate(sheet, time));
+                each.map(|v| [rate.at(v) * reference.at(v), rate.at(v)]).collect()
+            }
+        }
+    }
+}
+
+/// What the species flows through.
 pub(super) struct FluxSource<'a> {
     pub(super) region: &'a Region,
     pub(super) per: Option<FluxPer>,
-    pub(super) supply: Vec<f64>,
-    pub(super) loss: Vec<f64>,
+    pub(super) density: InflowDensity,
 }
 
 impl Inflow {
@@ -118,10 +155,10 @@ impl Inflow {
         (name, key): (&'static str, &'static str),
         context: &EffectContext<'_>,
         (species, location): (usize, Location),
-        through: &FluxSource<'_>,
+        through: FluxSource<'_>,
     ) -> Result<Self, EffectError> {
         let (sheet, measure) = (context.sheet, context.measure);
-        let facets = facets(sheet, through, name)?;
+        let facets = facets(sheet, &through, name)?;
         let points = match location {
             Location::Vertex => sheet.vertex_count(),
             Location::Face | Location::Edge => sheet.triangle_count(),
@@ -147,20 +184,33 @@ impl Inflow {
                 }
                 Location::Face | Location::Edge => (vec![corners(point)], 1.0),
             };
-            let mean = |values: &[f64]| match location {
-                Location::Vertex => values[point],
-                Location::Face | Location::Edge => {
-                    let all = facets.iter().flat_map(|(facet, _)| facet.vertices());
-                    let count = crate::num::real(all.clone().count());
-                    all.map(|v| values[*v]).sum::<f64>() / count
-                }
-            };
-            let (supply, loss) = (mean(&through.supply), mean(&through.loss));
-            let mut inlet = Inlet { point, facets, area, rest_area: 0.0, supply, loss };
+            let mut inlet = Inlet { point, facets, area, rest_area: 0.0 };
             inlet.rest_area = inlet.m_and_area(sheet.rest())[1];
             inlet
         });
-        Ok(Self { name, key, species, location, measure, inlets: inlets.collect() })
+        let (inlets, density) = (inlets.collect(), through.density);
+        let changes = density.depends_on_time();
+        let mut inflow =
+            Self { name, key, species, location, measure, inlets, density, constant: None };
+        inflow.constant = (!changes).then(|| inflow.densities(sheet, 0.0).into_owned());
+        Ok(inflow)
+    }
+
+    /// q and k at the inlets: at a face the means over the vertices that it flows in at.
+    fn densities(&self, sheet: &Sheet, time: f64) -> Cow<'_, [[f64; 2]]> {
+        if let Some(constant) = &self.constant {
+            return Cow::Borrowed(constant);
+        }
+        let values = self.density.evaluate(sheet, time);
+        let mean = |inlet: &Inlet| match self.location {
+            Location::Vertex => values[inlet.point],
+            Location::Face | Location::Edge => {
+                let all = inlet.facets.iter().flat_map(|(facet, _)| facet.vertices());
+                let count = crate::num::real(all.clone().count());
+                [0, 1].map(|k| all.clone().map(|v| values[*v][k]).sum::<f64>() / count)
+            }
+        };
+        Cow::Owned(self.inlets.iter().map(mean).collect())
     }
 
     /// `m/a` and `ρ/value`, with `a` the area that the value is counted per.
@@ -238,8 +288,9 @@ impl Transport for Inflow {
     }
 
     fn flux_edges(&self) -> Vec<[usize; 2]> {
-        let flows = |inlet: &&Inlet| inlet.supply != 0.0 || inlet.loss != 0.0;
-        let inlets = self.inlets.iter().filter(flows);
+        let flows = |k: usize| self.constant.as_ref().is_none_or(|all| all[k] != [0.0; 2]);
+        let all = self.inlets.iter().enumerate();
+        let inlets = all.filter(|(k, _)| flows(*k)).map(|(_, inlet)| inlet);
         let edges = |inlet: &Inlet| {
             let (point, place) = (inlet.point, self.location);
             inlet
@@ -262,45 +313,57 @@ impl Transport for Inflow {
         });
     }
 
-    fn add_rate(&self, _: &Sheet, operator: &InflowOperator, c: &[f64], out: &mut [f64]) {
-        for (inlet, [gain, density_per_value]) in self.inlets.iter().zip(&operator.factors) {
-            out[inlet.point] +=
-                gain * (inlet.supply - inlet.loss * density_per_value * c[inlet.point]);
+    fn add_rate(
+        &self,
+        (sheet, time): (&Sheet, f64),
+        operator: &InflowOperator,
+        c: &[f64],
+        out: &mut [f64],
+    ) {
+        let densities = self.densities(sheet, time);
+        let each = self.inlets.iter().zip(&operator.factors).zip(&*densities);
+        for ((inlet, [gain, density_per_value]), [supply, loss]) in each {
+            out[inlet.point] += gain * (supply - loss * density_per_value * c[inlet.point]);
         }
     }
 
-    fn spectral_bound(&self, operator: &InflowOperator) -> f64 {
-        let each = self.inlets.iter().zip(&operator.factors);
-        each.map(|(inlet, [gain, density_per_value])| gain * inlet.loss * density_per_value)
+    fn spectral_bound(&self, (sheet, time): (&Sheet, f64), operator: &InflowOperator) -> f64 {
+        let densities = self.densities(sheet, time);
+        let each = operator.factors.iter().zip(&*densities);
+        each.map(|([gain, density_per_value], [_, loss])| gain * loss.abs() * density_per_value)
             .fold(0.0, f64::max)
     }
 
     fn entries(
         &self,
-        _: &Sheet,
+        (sheet, time): (&Sheet, f64),
         operator: &InflowOperator,
         emit: &mut dyn FnMut(usize, usize, f64),
     ) {
-        for (inlet, [gain, density_per_value]) in self.inlets.iter().zip(&operator.factors) {
-            emit(inlet.point, inlet.point, -gain * inlet.loss * density_per_value);
+        let densities = self.densities(sheet, time);
+        let each = self.inlets.iter().zip(&operator.factors).zip(&*densities);
+        for ((inlet, [gain, density_per_value]), [_, loss]) in each {
+            emit(inlet.point, inlet.point, -gain * loss * density_per_value);
         }
     }
 
     fn shape_derivatives(
         &self,
-        _: &Sheet,
+        (sheet, time): (&Sheet, f64),
         operator: &InflowOperator,
         x: &[Vec3],
         c: &[f64],
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
-        for (inlet, [gain, density_per_value]) in self.inlets.iter().zip(&operator.factors) {
+        let densities = self.densities(sheet, time);
+        let each = self.inlets.iter().zip(&operator.factors).zip(&*densities);
+        for ((inlet, [gain, density_per_value]), [supply, loss]) in each {
             let area = inlet.m_and_area(x)[1];
             let density = density_per_value * c[inlet.point];
-            let flux = inlet.supply - inlet.loss * density;
+            let flux = supply - loss * density;
             let (per, by_area) = match self.measure {
                 Measure::Concentration => (area, -gain * flux / area),
-                Measure::Amount => (inlet.rest_area, gain * inlet.loss * density / area),
+                Measure::Amount => (inlet.rest_area, gain * loss * density / area),
             };
             for (facet, share) in &inlet.facets {
                 let scale = share * flux / per;

@@ -105,13 +105,13 @@ impl TransportTerm {
     /// Where the coefficient is inadmissible.
     pub fn add_rate_of(
         &self,
-        sheet: &Sheet,
+        (sheet, time): (&Sheet, f64),
         operator: &Operator,
         species: &[&[f64]],
         out: &mut [f64],
     ) -> Result<(), WrongCoefficient> {
         let Some(formula) = &self.coefficient else {
-            self.add_rate(sheet, operator, species[self.read_species()], out);
+            self.add_rate((sheet, time), operator, species[self.read_species()], out);
             return Ok(());
         };
         let at = At::new(self, formula, sheet, species);
@@ -121,7 +121,7 @@ impl TransportTerm {
         let followed = at.followed();
         let linear = |values: &[f64]| {
             let mut rate = vec![0.0; out.len()];
-            self.add_rate(sheet, operator, values, &mut rate);
+            self.add_rate((sheet, time), operator, values, &mut rate);
             rate
         };
         let [of_product, of_followed, of_d] =
@@ -136,19 +136,19 @@ impl TransportTerm {
     /// places may come more than once.
     pub fn derivatives(
         &self,
-        sheet: &Sheet,
+        (sheet, time): (&Sheet, f64),
         operator: &Operator,
         species: &[&[f64]],
         emit: &mut dyn FnMut(usize, usize, usize, f64),
     ) {
         let by = self.read_species();
         let Some(formula) = &self.coefficient else {
-            self.entries(sheet, operator, &mut |i, j, value| emit(i, by, j, value));
+            self.entries((sheet, time), operator, &mut |i, j, value| emit(i, by, j, value));
             return;
         };
         let at = At::new(self, formula, sheet, species);
         let (slopes, followed) = (at.slopes(sheet), at.followed());
-        self.entries(sheet, operator, &mut |i, j, value| {
+        self.entries((sheet, time), operator, &mut |i, j, value| {
             if i == j {
                 return;
             }
@@ -166,24 +166,30 @@ impl TransportTerm {
     /// Hands the derivatives of the rate by positions to `emit`, as [`Transport::shape_derivatives`](super::Transport::shape_derivatives).
     pub fn derivatives_by_positions(
         &self,
-        sheet: &Sheet,
+        (sheet, time): (&Sheet, f64),
         operator: &Operator,
         x: &[Vec3],
         species: &[&[f64]],
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
         let Some(formula) = &self.coefficient else {
-            return self.shape_derivatives(sheet, operator, x, species[self.read_species()], emit);
+            return self.shape_derivatives(
+                (sheet, time),
+                operator,
+                x,
+                species[self.read_species()],
+                emit,
+            );
         };
         let at = At::new(self, formula, sheet, species);
         let followed = at.followed();
-        self.shape_derivatives(sheet, operator, x, &at.times(followed), &mut |i, v, by| {
+        self.shape_derivatives((sheet, time), operator, x, &at.times(followed), &mut |i, v, by| {
             emit(i, v, 0.5 * by);
         });
-        self.shape_derivatives(sheet, operator, x, followed, &mut |i, v, by| {
+        self.shape_derivatives((sheet, time), operator, x, followed, &mut |i, v, by| {
             emit(i, v, 0.5 * at.d[i] * by);
         });
-        self.shape_derivatives(sheet, operator, x, &at.d, &mut |i, v, by| {
+        self.shape_derivatives((sheet, time), operator, x, &at.d, &mut |i, v, by| {
             emit(i, v, -0.5 * followed[i] * by);
         });
     }
@@ -194,8 +200,13 @@ impl TransportTerm {
     /// max |D| + (max b - min b) Σ_u max |D'|
     /// ```
     #[must_use]
-    pub fn bound(&self, sheet: &Sheet, operator: &Operator, species: &[&[f64]]) -> f64 {
-        let linear = self.spectral_bound(operator);
+    pub fn bound(
+        &self,
+        (sheet, time): (&Sheet, f64),
+        operator: &Operator,
+        species: &[&[f64]],
+    ) -> f64 {
+        let linear = self.spectral_bound((sheet, time), operator);
         let Some(formula) = &self.coefficient else { return linear };
         let at = At::new(self, formula, sheet, species);
         let largest = |values: &[f64]| parallel::max(values.len(), |i| values[i].abs());

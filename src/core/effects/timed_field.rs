@@ -95,8 +95,8 @@ impl EffectContext<'_> {
 
 /// Where formulas of the time among `fields` have kinks and jumps from time 0 to `until` at the vertices, whatever the species
 /// are, and their course between them at some.
-pub(super) fn time_dependence<'a>(
-    fields: impl IntoIterator<Item = &'a Field>,
+pub(super) fn time_dependence<'a, N: Checked + 'a>(
+    fields: impl IntoIterator<Item = &'a Field<N>>,
     sheet: &Sheet,
     until: f64,
 ) -> TimeDependence {

@@ -10,7 +10,7 @@ use crate::sheet::Sheet;
 /// Transport of one species c by another one or itself: `dc/dt = … + L b + s`, with the matrix L and the sources s of
 /// a shape, and b the species that it reads.
 ///
-/// It is immutable; its discretisation on a given shape is a [`Transport::Operator`].
+/// It is immutable; its discretisation on a given shape is a [`Transport::Operator`]. Methods take the sheet and the time as `on`.
 pub trait Transport: Send + Sync + 'static {
     /// The transport on one shape, and the memory for it.
     type Operator: Default + Send + Sync + 'static;
@@ -58,17 +58,17 @@ pub trait Transport: Send + Sync + 'static {
     /// Makes `operator` that of the shape `x`.
     fn assemble(&self, sheet: &Sheet, x: &[Vec3], operator: &mut Self::Operator);
 
-    /// Adds the rate of change, `L c + s`, to `out`; `c` is the species that it reads.
-    fn add_rate(&self, sheet: &Sheet, operator: &Self::Operator, c: &[f64], out: &mut [f64]);
+    /// Adds the rate of change, `L c + s`, at a time to `out`; `c` is the species that it reads.
+    fn add_rate(&self, on: (&Sheet, f64), operator: &Self::Operator, c: &[f64], out: &mut [f64]);
 
-    /// A bound on the row sums of |L|, and so on its decay rates, 1/time.
-    fn spectral_bound(&self, operator: &Self::Operator) -> f64;
+    /// A bound on the row sums of |L| at a time, and so on its decay rates, 1/time.
+    fn spectral_bound(&self, on: (&Sheet, f64), operator: &Self::Operator) -> f64;
 
-    /// Hands the matrix L of the transport to `emit` as (point, by point, value); order and pairs
+    /// Hands the matrix L of the transport at a time to `emit` as (point, by point, value); order and pairs
     /// depend on the sheet alone, pairs may come more than once.
     fn entries(
         &self,
-        sheet: &Sheet,
+        on: (&Sheet, f64),
         operator: &Self::Operator,
         emit: &mut dyn FnMut(usize, usize, f64),
     );
@@ -78,7 +78,7 @@ pub trait Transport: Send + Sync + 'static {
     /// transport that leaves them out: implicit methods then see them through the residual alone.
     fn shape_derivatives(
         &self,
-        _sheet: &Sheet,
+        _on: (&Sheet, f64),
         _operator: &Self::Operator,
         _x: &[Vec3],
         _c: &[f64],
@@ -203,11 +203,11 @@ any_transport! {
     diffusivity() -> Option<FieldValues>;
     speed_key() -> &'static str;
     flux_edges() -> Vec<[usize; 2]>;
-    add_rate(sheet: &Sheet, operator: &Operator, c: &[f64], out: &mut [f64]);
-    spectral_bound(operator: &Operator) -> f64;
-    entries(sheet: &Sheet, operator: &Operator, emit: &mut dyn FnMut(usize, usize, f64));
+    add_rate(on: (&Sheet, f64), operator: &Operator, c: &[f64], out: &mut [f64]);
+    spectral_bound(on: (&Sheet, f64), operator: &Operator) -> f64;
+    entries(on: (&Sheet, f64), operator: &Operator, emit: &mut dyn FnMut(usize, usize, f64));
     shape_derivatives(
-        sheet: &Sheet,
+        on: (&Sheet, f64),
         operator: &Operator,
         x: &[Vec3],
         c: &[f64],

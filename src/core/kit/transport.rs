@@ -33,18 +33,18 @@ impl<'a> There<'a> {
 
     fn rate(&self, c: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; self.points];
-        self.term.add_rate(self.sheet, &self.operator, c, &mut out);
+        self.term.add_rate((self.sheet, 0.0), &self.operator, c, &mut out);
         out
     }
 
     fn entries(&self) -> Vec<(usize, usize, f64)> {
         let mut all = Vec::new();
-        self.term.entries(self.sheet, &self.operator, &mut |i, j, v| all.push((i, j, v)));
+        self.term.entries((self.sheet, 0.0), &self.operator, &mut |i, j, v| all.push((i, j, v)));
         all
     }
 
     fn bound(&self) -> f64 {
-        self.term.spectral_bound(&self.operator)
+        self.term.spectral_bound((self.sheet, 0.0), &self.operator)
     }
 
     /// Everything that it gives.
@@ -146,7 +146,7 @@ fn by_matrix(
         fault("the rate is not linear in the species".into());
     }
     let mut added = start.to_vec();
-    term.add_rate(there.sheet, &there.operator, c, &mut added);
+    term.add_rate((there.sheet, 0.0), &there.operator, c, &mut added);
     let expected: Vec<f64> = start.iter().zip(&rate).map(|(a, b)| a + b).collect();
     if exceeds(apart(&added, &expected), ROUND_OFF * (length(&rate) + length(start))) {
         fault("the rate is not added to what is there".into());
@@ -187,7 +187,7 @@ fn by_positions(
 ) {
     let There { term, sheet, operator, points } = there;
     let mut given = Vec::new();
-    term.shape_derivatives(sheet, operator, x, c, &mut |i, v, by| given.push((i, v, by)));
+    term.shape_derivatives((*sheet, 0.0), operator, x, c, &mut |i, v, by| given.push((i, v, by)));
     if given.is_empty() {
         return;
     }

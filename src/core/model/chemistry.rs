@@ -378,18 +378,19 @@ impl Chemistry {
         Ok(partials)
     }
 
-    /// `D Δ_x c + R` of every species on `surface`; `g - c` where it is held at g. Ghosts have what their owners have.
+    /// `D Δ_x c + R` of every species on `surface` at a time; `g - c` where it is held at g. Ghosts have what their owners have.
     ///
     /// # Errors
     /// If the law fails, on any rank.
     pub fn rates(
         &self,
-        sheet: &Sheet,
+        on: (&Sheet, f64),
         surface: &Surface,
         species: &[Vec<f64>],
         signals: &SignalColumns,
         out: &mut Vec<Vec<f64>>,
     ) -> Result<(), ModelError> {
+        let (sheet, _) = on;
         out.resize_with(species.len(), Vec::new);
         for (out, c) in out.iter_mut().zip(species) {
             out.clear();
@@ -401,7 +402,7 @@ impl Chemistry {
         ModelError::agreed(sheet.reduction(), reaction)?;
         for (k, (term, operator)) in self.transports.iter().zip(surface.operators()).enumerate() {
             let _scope = self.transport_scope(k, transport::RATE);
-            let added = self.add_transport(sheet, (term, operator), &c, r[term.species()]);
+            let added = self.add_transport(on, (term, operator), &c, r[term.species()]);
             match term.read_by_coefficient() {
                 [] => added?,
                 _ => ModelError::agreed(sheet.reduction(), added)?,
@@ -421,13 +422,13 @@ impl Chemistry {
     /// If its coefficient reads species and is inadmissible somewhere.
     pub fn add_transport(
         &self,
-        sheet: &Sheet,
+        on: (&Sheet, f64),
         (term, operator): (&TransportTerm, &Operator),
         species: &[&[f64]],
         out: &mut [f64],
     ) -> Result<(), ModelError> {
         let crosses = term.read_species() != term.species();
-        term.add_rate_of(sheet, operator, species, out).map_err(|wrong| ModelError::Coefficient {
+        term.add_rate_of(on, operator, species, out).map_err(|wrong| ModelError::Coefficient {
             key: term.coefficient_key(),
             effect: term.name(),
             range: if crosses { "a finite number" } else { "a number ≥ 0" },

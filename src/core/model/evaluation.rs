@@ -256,8 +256,8 @@ impl<'a> Evaluation<'a> {
             match self.model.chemistry() {
                 None => rates.clear(),
                 Some(chemistry) => {
-                    let sheet = self.model.sheet();
-                    chemistry.rates(sheet, surface, &self.state.species, signals, rates)?;
+                    let on = (&**self.model.sheet(), self.state.time);
+                    chemistry.rates(on, surface, &self.state.species, signals, rates)?;
                 }
             }
             self.known.rates = true;
@@ -383,8 +383,8 @@ impl<'a> Evaluation<'a> {
         self.signals()?;
         self.surface();
         let EvaluationBuffers { surface, signals, .. } = &*self.memory;
-        let sheet = self.model.sheet();
-        Ok(Some(chemistry.spectral_bounds(sheet, surface, &species, signals)?))
+        let on = (&**self.model.sheet(), self.state.time);
+        Ok(Some(chemistry.spectral_bounds(on, surface, &species, signals)?))
     }
 
     /// Largest `|dc/dt|` over all points, and `|dq/dt|` of internal variables, in units of each one's typical magnitude,

@@ -97,14 +97,11 @@ impl Problem<'_> {
             Err(ProblemError::new(part, message, Some(help)))
         };
         if !self.integrator.supports_ranks(self.policy.storage()) {
-            let name = self.integrator.name();
+            let (name, policy) = (self.integrator.name(), self.policy.name());
+            let what = format!("{name} cannot advance a sheet under the policy {policy}");
             let help =
                 "integrator = \"staggered\" does under the policies quasi-static and simultaneous";
-            return refuse(
-                ProblemPart::Integrator,
-                &format!("{name} cannot advance a sheet"),
-                help,
-            );
+            return refuse(ProblemPart::Integrator, &what, help);
         }
         if !mechanics.is_empty() && !self.equilibrium.supports_ranks() {
             let name = self.equilibrium.name();
@@ -121,20 +118,23 @@ impl Problem<'_> {
             let message = format!("{what} {place}");
             Err(ProblemError::new(ProblemPart::Effect(number, "kind".into()), message, Some(help)))
         };
+        let elsewhere = match self.sheet.reduction().periods() {
+            [] => "in one process, with as many threads as there are cores, it can be listed",
+            _ => "on a sheet without sheet.periodic it can be listed",
+        };
         let mut contacts = effect.energies.iter().map(|term| term.interaction());
         if contacts.any(|does| does.limits_steps || does.pairs) {
-            let help =
-                "one process (with as many threads as there are cores), and no period, has it";
-            return refuse("contact does not know parts of a sheet", help);
+            return refuse(
+                "contact does not find the triangles that come near each other",
+                elsewhere,
+            );
         }
         if let Some(energy) = effect.energies.iter().find(|energy| !energy.supports_ranks()) {
             let help = "Energy::supports_ranks declares that it can be";
             return refuse(&format!("the energy {} cannot be evaluated", energy.name()), help);
         }
         if !effect.internal.is_empty() {
-            let help =
-                "one process (with as many threads as there are cores), and no period, has them";
-            return refuse("internal variables are not integrated", help);
+            return refuse("internal variables are not integrated", elsewhere);
         }
         if let Some(constraint) = effect.constraints.first() {
             let name = constraint.name();

@@ -44,11 +44,13 @@
 //!
 //! A step is a transaction: the state changes only when the whole step has succeeded.
 
+mod growth;
 mod quasi_static;
 mod spec;
 mod steady;
 mod step_size;
 
+use growth::Growth;
 use quasi_static::Stabilised;
 pub use spec::{Method, StaggeredSpec};
 use step_size::{HOPELESS_ERROR, MAX_STEP_GROWTH, shortening};
@@ -109,6 +111,7 @@ struct Staggered {
     motion: Motion,
     /// What it keeps where it has no storage.
     stabilised: Stabilised,
+    growth: Growth,
     /// Solves for the steady state of a chemistry without storage.
     steady: SteadyChemistry,
     internal: InternalSteps,
@@ -123,6 +126,7 @@ struct Memory {
     error: f64,
     motion: Option<(f64, Vec<Vec3>)>,
     stabilised: Stabilised,
+    growth: Growth,
 }
 
 impl Integrator for Staggered {
@@ -140,14 +144,15 @@ impl Integrator for Staggered {
         state: &mut State,
         until: f64,
     ) -> Result<StepReport> {
-        let before =
-            (self.step, self.first, self.error, self.motion.clone(), self.stabilised.clone());
+        let before = (self.step, self.first, self.error, self.motion.clone());
+        let kept = (self.stabilised.clone(), self.growth);
         let done = match self.spec.method {
             Method::Euler => self.euler(workspace, state, until),
             Method::Heun => self.heun(workspace, state, until),
         };
         if done.is_err() {
-            (self.step, self.first, self.error, self.motion, self.stabilised) = before;
+            (self.step, self.first, self.error, self.motion) = before;
+            (self.stabilised, self.growth) = kept;
         }
         done
     }
@@ -161,9 +166,9 @@ impl Integrator for Staggered {
     }
 
     fn memory(&self) -> Record {
-        let Self { step, first, error, motion, stabilised, .. } = self;
-        let (motion, stabilised) = (motion.memory(), stabilised.clone());
-        Record::encode(&Memory { step: *step, first: *first, error: *error, motion, stabilised })
+        let &Self { step, first, error, growth, .. } = self;
+        let (motion, stabilised) = (self.motion.memory(), self.stabilised.clone());
+        Record::encode(&Memory { step, first, error, motion, stabilised, growth })
     }
 
     fn is_storable(&self) -> bool {
@@ -171,8 +176,9 @@ impl Integrator for Staggered {
     }
 
     fn restore(&mut self, memory: &Record, vertices: usize) -> Result<(), Malformed> {
-        let Memory { step, first, error, motion, stabilised } = memory.read()?;
-        (self.step, self.first, self.error, self.stabilised) = (step, first, error, stabilised);
+        let Memory { step, first, error, motion, stabilised, growth } = memory.read()?;
+        (self.step, self.first, self.error) = (step, first, error);
+        (self.stabilised, self.growth) = (stabilised, growth);
         self.motion.restore(motion, vertices)
     }
 }
@@ -314,6 +320,7 @@ impl Staggered {
         until: f64,
     ) -> Result<StepReport> {
         let longest = self.spec.longest_step.map_or(f64::INFINITY, Positive::get);
+        let longest = longest.min(self.growth.longest_step());
         let mut tried = match self.step {
             Some(step) => step,
             None => self.first_step(workspace, state, until)?,
@@ -333,7 +340,9 @@ impl Staggered {
                 attempt => attempt,
             };
             match attempt {
-                Ok((next, error)) if error <= 1.0 => {
+                Ok((mut next, error)) if error <= 1.0 => {
+                    let work = (step, report.relaxation.iterations);
+                    self.watch_growth(workspace, &mut next, work)?;
                     *state = next;
                     (report.length, report.error) = (step, error);
                     self.propose(step, proposed, error, first);

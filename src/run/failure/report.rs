@@ -137,7 +137,7 @@ fn species_terms(text: &mut String, simulation: &mut Simulation, blame: &Failure
     {
         let s = term.species();
         let mut rate = vec![0.0; species[s].len()];
-        let added = term.add_rate_of(model.sheet(), operator, &species, &mut rate);
+        let added = term.add_rate_of((model.sheet(), state.time), operator, &species, &mut rate);
         let rate = rate.get(point).copied().filter(|_| added.is_ok());
         terms.push((s, name, rate.unwrap_or(f64::NAN)));
     }

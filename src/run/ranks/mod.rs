@@ -55,8 +55,9 @@ impl RankPart {
     }
 }
 
-/// Refuses what a scene asks for and a run over ranks, or of a periodic sheet, does not have; `place` says which it is.
-pub(super) fn check(scene: &Scene, place: &str) -> Result<()> {
+/// Refuses what a scene asks for and a run of a `periodic` sheet, or else over ranks, does not have.
+pub(super) fn check(scene: &Scene, periodic: bool) -> Result<()> {
+    let place = if periodic { "on a periodic sheet" } else { "on more than one rank" };
     let refuse = |path: &str, what: &str, help: &str| {
         let message = format!("{what} {place}");
         Err(scene.error_at(path, &message, Some(help)).into())
@@ -64,7 +65,8 @@ pub(super) fn check(scene: &Scene, place: &str) -> Result<()> {
     if matches!(scene.sheet.source, SheetSource::Point { .. }) {
         return refuse("sheet.shape", "a point is not spread", "run it in one process");
     }
-    if scene.stability.as_ref().is_some_and(|stability| stability.watch) {
+    let watched = scene.stability.as_ref().is_some_and(|stability| stability.watch);
+    if watched && !periodic {
         return refuse("stability", "stability is not watched", "leave [stability] out");
     }
     if scene.kinetics.iter().any(|law| law.boundary == AtBoundary::OneSided) {

@@ -333,6 +333,10 @@ impl Base<'_> {
         match Simulation::new(&scene, self.search) {
             Ok(_) => Ok(None),
             Err(Error::Solve(SolveError::Pairing(why))) => Ok(Some(why)),
+            // With its own integrator the scene is valid.
+            Err(Error::Scene(error)) => {
+                Ok(Some(error.to_string().lines().next().unwrap_or_default().to_owned()))
+            }
             Err(error) => Err(error),
         }
     }

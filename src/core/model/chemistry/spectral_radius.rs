@@ -29,11 +29,12 @@ impl Chemistry {
     /// If the plugin fails.
     pub fn spectral_bounds(
         &self,
-        sheet: &Sheet,
+        on: (&Sheet, f64),
         surface: &Surface,
         species: &[&[f64]],
         signals: &SignalColumns,
     ) -> Result<[f64; 2], ModelError> {
+        let (sheet, _) = on;
         let count = species.first().map_or(0, |c| c.len());
         let (n, inputs) = (species.len(), self.descriptor().inputs());
         let partials = self.reaction_partials(species, signals).map_err(ModelError::from);
@@ -48,17 +49,17 @@ impl Chemistry {
             norm => norm,
         };
         let reaction = largest(1, |_| sheet.reduction().max(count, bound));
-        let mut diffusion = [self.transport_bound(sheet, surface, species)];
+        let mut diffusion = [self.transport_bound(on, surface, species)];
         sheet.reduction().max_over_ranks(&mut diffusion);
         Ok([reaction, diffusion[0]])
     }
 
     /// A bound on the spectral radius of all transports together, 1/time: the largest sum of those of one species.
     #[must_use]
-    pub fn transport_bound(&self, sheet: &Sheet, surface: &Surface, species: &[&[f64]]) -> f64 {
+    pub fn transport_bound(&self, on: (&Sheet, f64), surface: &Surface, species: &[&[f64]]) -> f64 {
         let mut sums: Few<f64> = SmallVec::from_elem(0.0, self.descriptor().species.len());
         for (term, operator) in self.transports.iter().zip(surface.operators()) {
-            sums[term.species()] += term.bound(sheet, operator, species);
+            sums[term.species()] += term.bound(on, operator, species);
         }
         sums.into_iter().fold(0.0, f64::max)
     }

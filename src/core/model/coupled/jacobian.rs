@@ -255,18 +255,23 @@ fn others(
     for (k, (transport, operator)) in transports.enumerate() {
         let s = transport.species();
         let scope = chemistry.transport_scope(k, MATRIX);
-        transport.derivatives(sheet, operator, &species, &mut |i, by, j, value| {
-            if held.holds(s, i) {
-                return;
-            }
-            entries.add(layout.concentration(s, i), layout.concentration(by, j), value);
-        });
+        transport.derivatives(
+            (sheet, at.state.time),
+            operator,
+            &species,
+            &mut |i, by, j, value| {
+                if held.holds(s, i) {
+                    return;
+                }
+                entries.add(layout.concentration(s, i), layout.concentration(by, j), value);
+            },
+        );
         drop(scope);
         if layout.mechanical() > 0 {
             let _scope = chemistry.transport_scope(k, DERIVATIVES);
             let x = &at.state.x;
             transport.derivatives_by_positions(
-                sheet,
+                (sheet, at.state.time),
                 operator,
                 x,
                 &species,

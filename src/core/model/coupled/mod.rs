@@ -181,7 +181,7 @@ impl Coupled {
         let Self { model, layout, state, memory, gradient, rates, .. } = self;
         let mut at = Evaluation::new(model, state, memory, layout.is_still());
         if let (Some(signals), Some(chemistry)) = (&given, model.chemistry()) {
-            chemistry.rates(model.sheet(), at.surface(), &state.species, signals, rates)?;
+            chemistry.rates((model.sheet(), time), at.surface(), &state.species, signals, rates)?;
             layout.pack_species(rates, out);
             return Ok(());
         }
@@ -259,8 +259,8 @@ impl Coupled {
             let mut at = Evaluation::new(model, state, memory, true);
             if let Some(chemistry) = model.chemistry() {
                 let species: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
-                let bounds =
-                    chemistry.spectral_bounds(model.sheet(), at.surface(), &species, &signals)?;
+                let on = (&**model.sheet(), time);
+                let bounds = chemistry.spectral_bounds(on, at.surface(), &species, &signals)?;
                 bound = bound.max(bounds.iter().sum());
             }
         }

@@ -198,7 +198,14 @@ impl ChemistrySteps {
         match self.method {
             ChemistryMethod::Euler => euler(coupled, (state.time, until), still, &mut y)?,
             _ => {
-                let times = if still { vec![until] } else { vec![state.time, until] };
+                // Sources may depend on time where signals do not.
+                let chemistry = model.chemistry().into_iter();
+                let sources =
+                    chemistry.flat_map(|law| law.transports()).any(|term| term.has_sources());
+                let times = match still && !sources {
+                    true => vec![until],
+                    false => vec![state.time, until],
+                };
                 let bound = coupled.spectral_bound(&times)?;
                 let mut evaluations = 0_usize;
                 let rate = |t: f64, y: &[f64], out: &mut [f64]| {

@@ -88,7 +88,7 @@ pub fn explicit_limit(workspace: &mut Workspace, state: &State) -> Result<Option
     let Some(chemistry) = model.chemistry() else { return Ok(None) };
     let mut at = workspace.at(state);
     let species: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
-    let bound = chemistry.transport_bound(model.sheet(), at.surface(), &species);
+    let bound = chemistry.transport_bound((model.sheet(), state.time), at.surface(), &species);
     Ok((bound > 0.0).then(|| 2.0 / bound))
 }
 

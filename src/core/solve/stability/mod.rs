@@ -155,9 +155,19 @@ impl Stability {
         potential: &mut Potential,
         x: &[Vec3],
     ) -> Result<Inertia, SolveError> {
+        self.inertia_below(potential, x, 0.0)
+    }
+
+    /// The same with a resolution of at least `least`, force/length³.
+    pub(in crate::solve) fn inertia_below(
+        &mut self,
+        potential: &mut Potential,
+        x: &[Vec3],
+        least: f64,
+    ) -> Result<Inertia, SolveError> {
         let (unit, rigid, terms) = self.assemble(potential, x)?;
         let control = self.control.clone();
-        count(&mut self.restricted(rigid, terms), unit, &control)
+        count(&mut self.restricted(rigid, terms), (unit, least), &control)
     }
 
     /// The `count` smallest eigenvalues at `x` with their modes; fewer if the sheet has no more.
@@ -174,7 +184,7 @@ impl Stability {
         let (unit, rigid, terms) = self.assemble(potential, x)?;
         let control = self.control.clone();
         let mut restricted = self.restricted(rigid, terms);
-        let inertia = self::count(&mut restricted, unit, &control)?;
+        let inertia = self::count(&mut restricted, (unit, 0.0), &control)?;
         let Inertia { negative, resolution, .. } = inertia;
         let (mut shift, mut below) = (resolution, negative);
         while below > 0 {
@@ -238,14 +248,15 @@ impl Stability {
 /// Scale of the eigenvalues, rigid motions, terms of low rank.
 type Parts = (f64, Vec<Vec<Vec3>>, Vec<RankOneTerm>);
 
-/// Counts at the finest resolution that the factor bears, in units of `unit`.
+/// Counts at the finest resolution from `least` on that the factor bears; `unit` is the scale of the eigenvalues.
 fn count(
     restricted: &mut Restricted<'_>,
-    unit: f64,
+    (unit, least): (f64, f64),
     control: &Control,
 ) -> Result<Inertia, SolveError> {
-    let mut relative = RESOLUTION;
-    while relative <= COARSEST_RESOLUTION {
+    let mut relative = RESOLUTION.max(least / unit);
+    let coarsest = COARSEST_RESOLUTION.max(relative);
+    while relative <= coarsest {
         control.check()?;
         let Count { negative, error } = restricted.factorise(relative * unit)?;
         if RESOLUTION_MARGIN * error <= relative {

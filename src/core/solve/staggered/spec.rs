@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{DEFAULT_TOLERANCE, FIRST_ERROR, Stabilised, Staggered};
+use super::{DEFAULT_TOLERANCE, FIRST_ERROR, Growth, Stabilised, Staggered};
 use crate::model::Storage;
 use crate::num::checked::Positive;
 use crate::solve::chemistry::{ChemistryMethod, ChemistrySteps, SteadyChemistry};
@@ -174,6 +174,7 @@ impl IntegratorSpec for StaggeredSpec {
             shape: self.motion(),
             motion: Motion::default(),
             stabilised: Stabilised::default(),
+            growth: Growth::default(),
             steady: SteadyChemistry::default(),
             internal: InternalSteps::default(),
             policy,
