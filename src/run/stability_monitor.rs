@@ -39,9 +39,9 @@ const DISPLACED_EVENT: &str = "displaced along the mode";
 const NO_PULL: f64 = 1e-3;
 /// The event of a first equilibrium that is none.
 const AT_START: &str = "saddle at the start";
-/// And from a saddle that a run comes to: what broke the symmetry of the start has been relaxed away.
-const LATER_REMEDY: &str = "a run does not leave it by itself, and an imperfection of the start is \
-    relaxed away before anything grows: follow the mode with stability.perturb";
+/// And from a saddle that a run comes to.
+const LATER_REMEDY: &str = "integrator = \"staggered\" leaves it at its next check, unless the shape is perfectly flat; others \
+    and a flat shape stay: follow the mode with stability.perturb";
 
 /// Whether an event of this kind leaves a run at a saddle.
 pub(crate) fn stays_at_saddle(kind: &str) -> bool {

@@ -81,7 +81,10 @@ fn a_complete_run_without_checkpoints_is_called_complete_on_other_ranks() {
 fn contact_over_ranks_is_refused_at_its_effect() {
     for (effect, words) in [
         ("{ kind = 'contact' }", "contact does not find the triangles that come near each other"),
-        ("{ kind = 'adhesion', work = 1.0, distance = 0.1 }", "contact does not find the triangles"),
+        (
+            "{ kind = 'adhesion', work = 1.0, distance = 0.1 }",
+            "contact does not find the triangles",
+        ),
         ("{ kind = 'remodelling', time = 1.0 }", "internal variables are not integrated"),
     ] {
         let scene = SCENE.replace("# more", effect);

@@ -329,3 +329,19 @@ time = { until = 1.0, integrator = { kind = "staggered", longest_step = 0.05 } }
     assert!(moves(&["--set", "time.max_steps=5"]));
     assert!(!moves(&[]));
 }
+
+/// The two modes of a periodic film lose their stability at once, and modes have the points of frames.
+#[test]
+fn the_stability_of_a_periodic_sheet_is_watched() {
+    let film = crate::common::shipped("models/plates/film.toml");
+    let scene = film.replace("vertices = 1200", "vertices = 600") + "[stability]\n";
+    let (folder, _) = run(&scene, &["run", "--out", "result", "--set", "time.until=0.6"]);
+    let result = folder.path().join("result");
+    let (_, events) = rows(&result.join("events.csv"));
+    let lost = events.iter().find(|event| event[2] == "loss of stability").unwrap();
+    let time: f64 = lost[0].parse().unwrap();
+    assert!((time - 0.49).abs() < 0.06 && lost[4] == "2", "{lost:?}");
+    let points = |path: &Path| read::surface(path).unwrap().points.len();
+    let frame = points(&result.join("frames/frame_000001.vtu"));
+    assert_eq!(points(&result.join(&lost[6])), frame);
+}
