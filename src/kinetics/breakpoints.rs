@@ -67,6 +67,15 @@ impl Course {
         Self(Known::Formula(course))
     }
 
+    /// Whether it changes after `time`.
+    #[must_use]
+    pub fn changes_after(&self, time: f64) -> bool {
+        match &self.0 {
+            Known::Formula(course) => course.changes_after(time),
+            Known::Corners(corners) => corners.last().is_some_and(|last| *last > time),
+        }
+    }
+
     /// The longest step from `time` that passes over no change that its ends do not show, at most `length`.
     #[must_use]
     pub fn longest_step(&self, time: f64, length: f64) -> f64 {

@@ -9,7 +9,7 @@ use crate::Stepper;
 use crate::Vec3;
 use crate::geometry::Curvature;
 use crate::kinetics::{Location, Species};
-use crate::model::{Chemistry, Evaluation};
+use crate::model::{Chemistry, Evaluation, Start};
 use crate::num::Short;
 use crate::scene::Scene;
 use crate::sheet::{Sheet, SheetError, Surface};
@@ -54,7 +54,7 @@ pub fn take_state(simulation: &mut Simulation, surface: &Surface) -> Result<()> 
 }
 
 /// Lets the run of `scene` start from `surface`, at `time` by the clock of ramps, growth and laws that read t; without one
-/// at 0, with a note where the surface has another time.
+/// at 0, with a note where the surface has another time. A shape that moves under drag continues from there.
 ///
 /// # Errors
 /// As [`take_state`], and a time outside of the run.
@@ -82,6 +82,10 @@ pub fn start_from(
     let surface = simulation.part_of(surface);
     take_state(simulation, &surface)?;
     simulation.stepper.state.time = start;
+    // A shape that moves is where it is: brought to rest first, it would begin another motion.
+    if scene.time.policy.storage().mechanics > 0.0 {
+        simulation.stepper.start = Start::Given;
+    }
     Ok(())
 }
 

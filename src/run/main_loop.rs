@@ -166,7 +166,7 @@ impl<'a> MainLoop<'a> {
     }
 
     fn relaxed_start(&mut self) -> Result<StepReport> {
-        if self.simulation.model().moves() && self.scene.time.span.start == Start::Equilibrium {
+        if self.simulation.model().moves() && self.simulation.stepper.start == Start::Equilibrium {
             self.progress.message("relaxing the initial shape");
         }
         let mut first = StepReport::default();
@@ -275,7 +275,7 @@ impl<'a> MainLoop<'a> {
     ) -> Result<Option<Ending>> {
         let (spent, wall) = (self.simulation.spent(), self.wall());
         let laws = self.simulation.invariants.as_ref().map(Invariants::row).unwrap_or_default();
-        let Stepper { workspace, state, .. } = &mut self.simulation.stepper;
+        let Stepper { workspace, state, breakpoints, .. } = &mut self.simulation.stepper;
         let state = &*state;
         let mut at = workspace.at(state);
         let claim = self.directory.claim();
@@ -289,6 +289,11 @@ impl<'a> MainLoop<'a> {
         for observer in &mut observers {
             ending = ending.or(observer.stop(&mut at)?);
         }
+        // At rest for now is not steady where what drives the sheet still changes.
+        ending = ending.filter(|ending| {
+            let reduction = at.model().sheet().reduction();
+            *ending != Ending::Steady || !breakpoints.changes_after(state.time, reduction)
+        });
         let negative = self.negative;
         // A run that has ended cannot be interrupted, unless the analysis of its stability was.
         let open = ending.is_none_or(|ending| ending == Ending::Steady)

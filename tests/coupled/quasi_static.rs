@@ -265,3 +265,34 @@ time = { until = 0.042, integrator = { kind = "staggered", longest_step = 0.001 
     let balance = before - first - (supplied - dissipated);
     assert!(balance.abs() < 1e-6 * before, "{balance}");
 }
+
+/// A strip that its load bends by ten times its edges: a smooth path, along which steps move soft parts far.
+const CANTILEVER: &str = r#"
+sheet = { shape = "rectangle", width = 20.0, height = 2.0, vertices = 200 }
+material = { young = 1e3, poisson = 0.0, thickness = 0.2 }
+effect = [
+    { kind = "stretching", model = "stvk" },
+    { kind = "bending" },
+    { kind = "pin", where = { box = { min = [-10.1, -2, -1], max = [-9.0, 2, 1] } }, axes = "xyz" },
+    { kind = "load", where = { box = { min = [9.9, -2, -1], max = [10.1, 2, 1] } }, force = { total = [0, 0, 6.67e-3] }, ramp = { formula = "RAMP" } },
+]
+time = { until = 1.0 }
+"#;
+
+/// The extent along z at the end.
+fn height(text: &str) -> f64 {
+    let (_, mut simulation) = prepare(text, &[]);
+    simulation.prepare().unwrap();
+    while simulation.state().time < 1.0 {
+        simulation.step(1.0).unwrap();
+    }
+    let z = simulation.state().x.iter().map(|x| x.z);
+    z.clone().fold(f64::MIN, f64::max) - z.fold(f64::MAX, f64::min)
+}
+
+/// A load that grows slowly bends a strip as the same load at once does: smooth paths are exact, however far they lead.
+#[test]
+fn a_soft_strip_is_at_rest_under_a_growing_load() {
+    let [grown, at_once] = ["t", "1"].map(|ramp| height(&CANTILEVER.replace("RAMP", ramp)));
+    assert!(at_once > 9.0 && (grown / at_once - 1.0).abs() < 1e-3, "{grown} {at_once}");
+}

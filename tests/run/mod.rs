@@ -23,6 +23,7 @@ pub mod resumed;
 mod self_intersection;
 mod stability;
 mod start_time;
+mod steady;
 mod typical;
 mod work;
 

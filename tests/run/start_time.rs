@@ -71,3 +71,32 @@ fn a_state_continues_at_its_time() {
     let said = text(&run(&later.replace("--start-time 1 --out", "--out fourth")).stderr);
     assert!(said.contains("--start-time 1 continues them"), "{said}");
 }
+
+/// A shape that moves goes on where it was: it is not brought to rest first.
+#[test]
+fn a_moving_shape_continues_from_where_it_was() {
+    let folder = folder(
+        r#"
+        sheet = { shape = "disc", radius = 5.0, vertices = 150, bump = { amplitude = 1.0, width = 3.0 } }
+        material = { young = 1e3, poisson = 0.3, thickness = 0.5, drag = { per-area = 200.0 } }
+        effect = [{ kind = "stretching" }, { kind = "bending" }, { kind = "pin", where = "rim", axes = "xyz" }]
+        time = { policy = "simultaneous", start = "given", until = 1.0 }
+        output = { every = 0.5, report = false }
+    "#,
+    );
+    passes(folder.path(), "run scene.toml --out whole");
+    let again = "run scene.toml --from whole/frames/frame_000001.vtu --start-time 0.5 --out again --set time.start=\"equilibrium\"";
+    let again: Vec<&str> = again.split(' ').collect();
+    let output = rumple(folder.path(), &again);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let points =
+        |frame: &str| rumple::sheet::read::surface(folder.path().join(frame)).unwrap().points;
+    let apart = |a: &[rumple::Vec3], b: &[rumple::Vec3]| {
+        a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+    };
+    let [first, last] =
+        ["whole/frames/frame_000001.vtu", "whole/frames/frame_000002.vtu"].map(points);
+    assert!(apart(&first, &last) > 0.02);
+    assert!(apart(&points("again/frames/frame_000000.vtu"), &first) < 1e-6);
+    assert!(apart(&points("again/frames/frame_000001.vtu"), &last) < 0.005);
+}

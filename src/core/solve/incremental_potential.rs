@@ -176,7 +176,15 @@ impl Motion {
         workspace.check_way(from, next)?;
         let span = next.time - from.time;
         let guess = self.begin(from.time).map(|velocity| along(&from.x, velocity, span));
-        let near = workspace.rest_nearby(next, guess)?;
+        let near = match guess {
+            Some(_) => workspace.rest_nearby(next, guess)?,
+            None => None,
+        };
+        // Velocities mislead where what drives the shape has a kink.
+        let near = match near {
+            None => workspace.rest_nearby(next, None)?,
+            near => near,
+        };
         if near.is_some() {
             let origin = Origin::Rest(from.x.to_vec());
             self.last = Some(Last::new((next.time, span), origin, &next.x, 0.0));

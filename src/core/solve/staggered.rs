@@ -407,6 +407,7 @@ impl Staggered {
     ) -> Result<(State, f64)> {
         let tolerance = self.tolerance();
         let inner = self.inner();
+        let rested = self.stabilised.rests();
         let mut next = state.clone();
         next.time = time;
         next.step += 1;
@@ -446,6 +447,9 @@ impl Staggered {
         let error = error.max(self.shape_error(workspace, state, &predicted, &next));
         if error <= 1.0 && self.is_stabilised(workspace) {
             self.rest(workspace, state, &mut next, &mut report.relaxation)?;
+            if rested && self.lags(next.time - state.time, &report.relaxation) {
+                return Err(SolveError::Departed);
+            }
         }
         Ok((next, error))
     }

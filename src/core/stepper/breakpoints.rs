@@ -100,6 +100,14 @@ impl Breakpoints {
         }
     }
 
+    /// Whether what reads the time still changes after `time`, on any rank.
+    #[must_use]
+    pub fn changes_after(&self, time: f64, reduction: &Reduction) -> bool {
+        let last = self.times.iter().rfind(|last| **last < self.until);
+        let later = last.is_some_and(|last| *last > time + self.margin(time));
+        reduction.any(later || self.courses.iter().any(|course| course.changes_after(time)))
+    }
+
     fn margin(&self, time: f64) -> f64 {
         (BREAKPOINT_MARGIN * time.abs()).max(MIN_MARGIN * self.until)
     }

@@ -15,6 +15,8 @@ use rumple_numerics::num::real;
 const SHARE: f64 = 0.2;
 /// Parts of the span for the ranges over it.
 const PARTS: usize = 2048;
+/// A part that changes by less than this share of its range has settled.
+const STEADY_SHARE: f64 = 1e-3;
 /// A sampled range below this share of the bounds may have missed a pulse, and the bounds count.
 const MISSED_SHARE: f64 = 0.01;
 /// Points at which a formula of the place is followed, …
@@ -62,20 +64,20 @@ impl FormulaCourse {
             points,
             until,
         };
-        let each: Vec<Vec<f64>> = made.points.iter().map(|point| made.ranges(point)).collect();
+        let each: Vec<Vec<f64>> = made.points.iter().map(|point| made.ranges(point, 0.0)).collect();
         for (k, (_, range)) in made.parts.iter_mut().enumerate() {
             *range = each.iter().fold(0.0, |most: f64, ranges| most.max(ranges[k]));
         }
         made
     }
 
-    /// The ranges of the parts over the span at a point.
-    fn ranges(&self, point: &[f64]) -> Vec<f64> {
+    /// The ranges of the parts from a time to the end of the span at a point.
+    fn ranges(&self, point: &[f64], from: f64) -> Vec<f64> {
         let empty = Interval { low: f64::INFINITY, high: f64::NEG_INFINITY };
         let (mut bounds, mut sampled) =
             (vec![empty; self.parts.len()], vec![empty; self.parts.len()]);
         let mut values = Vec::new();
-        let time = |k: usize| self.until * real(k) / real(PARTS);
+        let time = |k: usize| from + (self.until - from) * real(k) / real(PARTS);
         for k in 0..PARTS {
             let part = Interval { low: time(k), high: time(k + 1) };
             for (times, hulls) in
@@ -96,6 +98,14 @@ impl FormulaCourse {
             if sampled < MISSED_SHARE * bounds { bounds } else { sampled }
         };
         bounds.iter().zip(&sampled).map(chosen).collect()
+    }
+
+    /// Whether a part changes after `time` by more than a negligible share of its range.
+    pub(crate) fn changes_after(&self, time: f64) -> bool {
+        self.points.iter().any(|point| {
+            let later = self.ranges(point, time);
+            self.parts.iter().zip(later).any(|((_, range), width)| width > STEADY_SHARE * range)
+        })
     }
 
     /// The longest step from `time`, at most `length`.

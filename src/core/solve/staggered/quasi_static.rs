@@ -40,6 +40,11 @@ const CHECK_INTERVAL: usize = 20;
 /// What a step counts for at least: a path of equilibria that takes an iteration or two a step loses its stability without
 /// being hard to follow, and is left after two steps.
 const LEAST_ITERATIONS: usize = 10;
+/// A step that leaves an equilibrium and ends under way lags, unless the drag takes up more than so many times the energy supplied,
+/// and is cut back: soft sheets move many edges in a step without an instability.
+const LARGEST_LAG: f64 = 4.0;
+/// Steps are not cut back for it below this share of the longest that led from one equilibrium to another.
+const SHORTEST_REST_STEP: f64 = 1.0 / 64.0;
 /// The largest drag in units of `S Y T`: a share of about S of T is then the time in which soft bending waves relax, whose
 /// stiffness is some 10⁻⁴ of that of stretching. Smaller ones cost steps in snaps.
 const LARGEST_DRAG: f64 = 1e-4;
@@ -69,6 +74,8 @@ pub(super) struct Stabilised {
     snap: Option<Snap>,
     /// Whether the shape is under way, rather than at rest.
     moves: bool,
+    /// The longest step from one equilibrium to another so far.
+    longest: f64,
 }
 
 impl Stabilised {
@@ -94,6 +101,14 @@ struct Snap {
 }
 
 impl Staggered {
+    /// Whether a step of this length that left an equilibrium lags behind the next ones, rather than snaps: after a shorter one
+    /// the next equilibrium may be near the last.
+    pub(super) fn lags(&self, step: f64, done: &Relaxation) -> bool {
+        let usual = self.stabilised.longest.max(self.first.unwrap_or(0.0));
+        let snaps = done.dissipated > LARGEST_LAG * done.supplied.abs();
+        done.moving && !snaps && step > SHORTEST_REST_STEP * usual
+    }
+
     /// η, a factor on the drag of the scene.
     pub(super) fn stabilising_drag(
         &mut self,
@@ -146,6 +161,9 @@ impl Staggered {
         let before = workspace.energy(state)?;
         if !self.motion.rests() {
             done.dissipated = self.come_to_rest(workspace, state, next, done)?;
+        }
+        if self.stabilised.rests() {
+            self.stabilised.longest = self.stabilised.longest.max(next.time - state.time);
         }
         let after = workspace.energy(next)?;
         // The work of a constraint is not in U.

@@ -256,11 +256,20 @@ fn relaxing(done: &Relaxation) -> String {
 /// Puts `guess`, or under an anchor or where a minimum `nearby` is looked for `x` [`scaled`], in place of `x`: that which is
 /// allowed and has the least energy, if that is less than the energy there; with the fixed directions of `pinned`.
 fn start_from(
-    (guess, nearby): (Option<Vec<Vec3>>, bool),
+    (mut guess, nearby): (Option<Vec<Vec3>>, bool),
     potential: &mut Potential,
     x: &mut Vec<Vec3>,
     pinned: &[Vec3],
 ) {
+    // Straight on, a sheet that turns is stretched: it has more energy there, but its equilibrium is near.
+    if nearby && let Some(mut guess) = guess.take() {
+        let mechanics = Arc::clone(potential.mechanics());
+        mechanics.keep_pins(pinned, &mut guess);
+        if potential.allows(x, &guess, equilibrium::MIN_AREA_SHARE) {
+            *x = guess;
+            return;
+        }
+    }
     let mut guesses = Vec::from_iter(guess);
     // One relaxation a step is to be that of the paper.
     if nearby || potential.anchor().is_some() {
