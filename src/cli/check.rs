@@ -108,8 +108,7 @@ fn on_ranks(
 fn add_warnings(found: &mut Findings, simulation: &Simulation) {
     let flat = simulation.stepper.state.x.iter().all(|x| x.z == simulation.stepper.state.x[0].z);
     let mechanics = simulation.model().mechanics();
-    let pushed =
-        mechanics.names().any(|name| name.starts_with("pressure") || name.starts_with("load"));
+    let pushed = mechanics.applied_forces().into_iter().any(|force| force > 0.0);
     if flat && !pushed && !mechanics.is_planar() && !mechanics.is_empty() {
         let text = "the initial shape is perfectly flat, and only forces out of the plane move it out of it, even from a \
                     saddle; give sheet.imperfection or sheet.bump to break the symmetry";

@@ -216,7 +216,7 @@ pub(super) fn print_summary(done: &Summary, directory: &ResultDirectory) {
         say!("{invariant}");
     }
     if let Some(text) = done.intersection.and_then(SelfIntersection::words) {
-        say!("warning: {text}, at the end; the scene lists no effect `contact`");
+        say!("warning: {text}, at the end");
     }
     if done.frames > 0 {
         let index = directory.pvd();

@@ -274,7 +274,7 @@ impl<const K: usize, E: Element<K> + 'static> Energy for Elements<K, E> {
     }
 
     fn reads(&self) -> Reads<'_> {
-        Reads { species: &self.species, time: self.timed }
+        Reads { species: &self.species, time: self.timed, ..Reads::default() }
     }
 
     fn supports_ranks(&self) -> bool {

@@ -50,7 +50,9 @@ pub use bending::{
     Bending, BendingModel, BendingRest, BendingWeight, HingeBending, MeyerBending, RestShape,
     SPONTANEOUS_CURVATURE,
 };
-pub use contact::{Adhesion, Contacts, ObstacleShape, ObstacleSpec, SelfContact, Side};
+pub use contact::{
+    Adhesion, Contacts, NO_CROSSINGS_ADVICE, ObstacleShape, ObstacleSpec, SelfContact, Side,
+};
 pub use cotan::{Cotan, CotanOperator};
 pub use cross_diffusion::CrossDiffusion;
 pub use diffusion::{Diffusion, DiffusionMetric, DiffusionScheme};
@@ -81,7 +83,7 @@ pub use region::Region;
 pub use remodelling::{LengthRemodelling, Remodelling};
 pub use spec::{
     Effect, EffectContext, EffectError, EffectParts, EffectSpec, Measure, Needs, Pins, ReadSurface,
-    kinds,
+    SceneSummary, kinds,
 };
 pub use species_coefficient::WrongCoefficient;
 pub use stretching::{

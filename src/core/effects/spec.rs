@@ -68,10 +68,20 @@ pub trait EffectSpec: std::fmt::Debug + Send + Sync {
         TimeDependence::default()
     }
 
-    /// What it does there that the author of a scene may not have meant.
-    fn notes(&self, _context: &EffectContext<'_>) -> Vec<String> {
+    /// What it does there, among the other effects of `scene`, that the author of a scene may not have meant; begins with
+    /// `warning: ` where results are likely to be wrong.
+    fn notes(&self, _context: &EffectContext<'_>, _scene: &SceneSummary<'_>) -> Vec<String> {
         Vec::new()
     }
+}
+
+/// What [`EffectSpec::notes`] may know of a scene besides the context of its effect.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct SceneSummary<'a> {
+    /// The names of all effects.
+    pub effects: &'a [String],
+    /// Whether the shape of the sheet at rest is read from a file.
+    pub sheet_file: bool,
 }
 
 crate::family!(dyn EffectSpec, "effect", "kind");

@@ -12,6 +12,7 @@
 
 use super::{InspectedStep, Monitor, Reading};
 use crate::Vec3;
+use crate::effects::NO_CROSSINGS_ADVICE;
 use crate::geometry::{Crossings, TotalCurvature};
 use crate::num::real;
 use crate::run::Result;
@@ -118,7 +119,7 @@ impl Monitor for NoCrossings {
         (
             "the rule that a sheet does not pass through itself (pairs of triangles that cross)"
                 .into(),
-            "list the effect `contact`, end the run before, or change what folds it",
+            NO_CROSSINGS_ADVICE,
         )
     }
 

@@ -249,9 +249,7 @@ impl<R: RestAngle> Energy for HingeBending<R> {
     }
 
     fn reads(&self) -> Reads<'_> {
-        Reads::time(
-            R::variable_curvature(&self.rest).is_some_and(|curvature| curvature.timed.is_some()),
-        )
+        R::variable_curvature(&self.rest).map_or_else(Reads::default, |curvature| curvature.reads())
     }
 
     fn supports_ranks(&self) -> bool {

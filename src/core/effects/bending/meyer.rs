@@ -240,7 +240,7 @@ impl Energy for MeyerBending {
     }
 
     fn reads(&self) -> Reads<'_> {
-        Reads::time(self.curved.as_ref().is_some_and(|curved| curved.depends_on_time()))
+        self.curved.as_ref().map_or_else(Reads::default, |curved| curved.reads())
     }
 
     fn supports_ranks(&self) -> bool {

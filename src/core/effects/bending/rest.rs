@@ -26,7 +26,7 @@ use serde::{Deserialize, Serialize};
 use super::dihedral;
 use crate::Vec3;
 use crate::effects::timed_field::TimedField;
-use crate::effects::{EffectContext, EffectError, Field, FieldValues};
+use crate::effects::{EffectContext, EffectError, Field, FieldValues, Reads};
 use crate::geometry::Conditions;
 use crate::kinetics::Location;
 use crate::sheet::Sheet;
@@ -68,6 +68,11 @@ impl VariableCurvature {
     /// Whether there is any.
     pub(super) fn is_present(&self) -> bool {
         self.law || self.timed.is_some()
+    }
+
+    /// What an energy with it depends on.
+    pub(super) fn reads(&self) -> Reads<'static> {
+        Reads { time: self.timed.is_some(), curvature: self.law, ..Reads::default() }
     }
 
     /// Its values at the vertices; `None` if there is none.

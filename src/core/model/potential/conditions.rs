@@ -87,6 +87,7 @@ impl Potential {
             let what = match by {
                 ParameterField::Species(s) if !term.reads().species.contains(&s) => continue,
                 ParameterField::Species(_) => energy::SPECIES,
+                ParameterField::SpontaneousCurvature if !term.reads().curvature => continue,
                 _ => energy::LENGTHS,
             };
             let _scope = meter.scope(what);

@@ -46,7 +46,7 @@ use crate::effects::bending::HingeBending;
 use crate::effects::bending::hinge::HingeWork;
 use crate::effects::bending::rest::{Curved, RestShape, VariableCurvature};
 use crate::effects::material::at_vertices;
-use crate::effects::{Energy, FieldValues, Material, MaterialField};
+use crate::effects::{Energy, FieldValues, Material, MaterialField, Reads};
 use crate::geometry::{Conditions, Shape};
 use crate::num::real;
 use crate::parallel;
@@ -143,9 +143,9 @@ impl CurvedRest {
         }
     }
 
-    /// Whether C₀ reads the time.
-    pub(super) fn depends_on_time(&self) -> bool {
-        self.variable_curvature.timed.is_some()
+    /// What C₀ depends on.
+    pub(super) fn reads(&self) -> Reads<'static> {
+        self.variable_curvature.reads()
     }
 
     /// The hinges of a rest shape that is not flat.
