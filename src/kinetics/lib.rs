@@ -39,7 +39,7 @@ pub use descriptor::{
 };
 pub use error::KineticsError;
 pub use feedback::Feedback;
-pub use host_law::{HostLaw, Template};
+pub use host_law::HostLaw;
 pub use library::{Library, PluginKinetics};
 pub use quantity::Quantity;
 pub use rumple_plugin_abi::C_HEADER;

@@ -22,7 +22,7 @@
 
 mod derivatives;
 
-pub use derivatives::Derivatives;
+pub(crate) use derivatives::Derivatives;
 
 use std::sync::Arc;
 

@@ -181,10 +181,12 @@ impl Follow {
             let forward = request.to > *from;
             if species.is_empty() {
                 let start = (start.x, *from);
+                let family = move |parameter| family.potential(parameter);
                 let branch = Continuation::new(family, start, forward, settings, &control)?;
                 walk::walk(request, branch, record, told)
             } else {
                 let start = (start, *from);
+                let family = move |parameter| family.model(parameter);
                 let branch = Continuation::of_species(family, start, forward, settings, &control)?;
                 walk::walk(request, branch, record, told)
             }

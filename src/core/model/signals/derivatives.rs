@@ -17,7 +17,7 @@ use crate::kinetics::{Location, Signal};
 use crate::num::real;
 
 /// Takes derivatives: (signal column, point, by what).
-pub trait Derivatives {
+pub(crate) trait Derivatives {
     /// By the position of a vertex.
     fn by_position(&mut self, column: usize, point: usize, vertex: usize, value: Vec3);
     /// By the optimal length of an edge.
@@ -27,7 +27,7 @@ pub trait Derivatives {
 impl Signals {
     /// Hands all derivatives that can be different from zero to `into`, in an order that depends on
     /// the sheet alone; a pair may come more than once, and then counts as the sum.
-    pub fn derivatives(&self, shape: &Shape<'_>, into: &mut impl Derivatives) {
+    pub(crate) fn derivatives(&self, shape: &Shape<'_>, into: &mut impl Derivatives) {
         let curvature = self.curvature(shape, counters::signal::DERIVATIVES);
         let mut column = 0;
         for (k, signal) in self.wanted.iter().enumerate() {

@@ -45,7 +45,7 @@ use super::parts::{
 };
 use crate::Vec3;
 use crate::effects::bending::HingeBending;
-use crate::effects::bending::rest::{Curved, RestShape};
+use crate::effects::bending::rest::RestShape;
 use crate::effects::material::at_vertices;
 use crate::effects::{Energy, FieldValues, Material, MaterialField, Reads};
 use crate::geometry::{Conditions, Shape};
@@ -116,7 +116,7 @@ impl CurvedRest {
     }
 
     /// The hinges of a rest shape that is not flat.
-    pub(super) fn hinges(&self) -> Option<&HingeBending<Curved>> {
+    pub(super) fn hinges(&self) -> Option<&HingeBending> {
         self.shaped.as_ref().map(|shaped| &shaped.hinges)
     }
 

@@ -6,7 +6,7 @@ use crate::Vec3;
 use crate::effects::FieldValues;
 use crate::effects::bending::HingeBending;
 use crate::effects::bending::hinge::HingeWork;
-use crate::effects::bending::rest::{Curved, VariableCurvature};
+use crate::effects::bending::rest::VariableCurvature;
 use crate::geometry::VertexArea;
 use crate::linear::LazyStencils;
 
@@ -90,7 +90,7 @@ pub(super) struct CurvedRest {
 #[derive(Debug)]
 pub(super) struct CurvedShape {
     pub(super) positions: Vec<Vec3>,
-    pub(super) hinges: HingeBending<Curved>,
+    pub(super) hinges: HingeBending,
 }
 
 /// Memory of evaluations.
@@ -105,7 +105,7 @@ pub(super) struct CurvedWork {
     pub(super) grown_reference: Vec<f64>,
     /// C₀ that changes in a run; empty without.
     pub(super) variable_curvature: Vec<f64>,
-    pub(super) hinge: HingeWork<Curved>,
+    pub(super) hinge: HingeWork,
 }
 
 /// A rest shape, and the shape at which the second derivatives are wanted.
