@@ -158,12 +158,13 @@ fn colours(choice: ColorChoice) -> bool {
 }
 
 /// Options of earlier versions: the command, the option, and what to write instead.
-const RETIRED_OPTIONS: [(&str, &str, &str); 5] = [
+const RETIRED_OPTIONS: [(&str, &str, &str); 6] = [
     ("sweep", "memory", "give fewer --jobs"),
     ("compare", "memory", "give fewer --jobs"),
     ("accuracy", "memory", "give fewer --jobs"),
     ("accuracy", "repeats", "the processor time of one run is taken"),
     ("accuracy", "over", "make a study for each value, with --set KEY=VALUE"),
+    ("validate", "time-limit", "end a check that does not return with Ctrl-C"),
 ];
 
 /// The command line; retired options are refused with what to write instead.
@@ -172,7 +173,12 @@ fn parsed() -> Cli {
     for (name, option, instead) in RETIRED_OPTIONS {
         let refuse = move |_: &str| Err::<String, _>(format!("the option is gone: {instead}"));
         let retired = Arg::new(option).long(option).hide(true).value_parser(refuse);
-        command = command.mut_subcommand(name, |command| command.arg(retired));
+        command = match name {
+            "validate" => command.mut_subcommand("plugin", |plugin| {
+                plugin.mut_subcommand(name, |command| command.arg(retired))
+            }),
+            _ => command.mut_subcommand(name, |command| command.arg(retired)),
+        };
     }
     Cli::from_arg_matches(&command.get_matches()).unwrap_or_else(|error| error.exit())
 }

@@ -269,29 +269,6 @@ pub enum KineticsError {
         /// How many points it has.
         points: usize,
     },
-    /// A plugin wrote to what it may only read; seen in a call that got copies.
-    #[error(
-        "plugin `{plugin}` changed its input {input} at {location} {point} in {call}, from {} \
-         to {}: a law may write to its outputs only",
-        Short(*before),
-        Short(*after)
-    )]
-    ChangedInput {
-        /// The plugin.
-        plugin: String,
-        /// Which call.
-        call: &'static str,
-        /// Name of the species, signal column or parameter.
-        input: String,
-        /// `vertex`, `face` or `edge`.
-        location: &'static str,
-        /// Number of the point.
-        point: usize,
-        /// The value that was given.
-        before: f64,
-        /// The value after the call.
-        after: f64,
-    },
     /// An input that is not a finite number: the fault lies before the kinetics.
     #[error("{input} = {} at {location} {point}: kinetics need finite inputs", Short(*value))]
     BadInput {

@@ -28,7 +28,7 @@ enum Command {
     List(describe::ListArgs),
     /// Describe what a plugin, or the law of a scene, reads and provides.
     Describe(describe::DescribeArgs),
-    /// Look for faults, in a process of its own: bad numbers, wrong derivatives, hidden state, …
+    /// Look for faults: bad numbers, wrong derivatives, hidden state, …
     Validate(validate::ValidateArgs),
     /// Time a law, per point.
     Bench(bench::BenchArgs),

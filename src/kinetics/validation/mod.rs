@@ -12,7 +12,7 @@ mod validate;
 mod verdict;
 
 pub use sample::Samples;
-pub use validate::{Finding, rates_in_order, validate};
+pub use validate::{Finding, validate};
 pub use verdict::Verdict;
 
 use super::{Batch, Kinetics, KineticsError, Quantity};
