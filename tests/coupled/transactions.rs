@@ -10,17 +10,12 @@ use crate::common::prepare;
 use crate::plugins::build::c_library;
 
 /// Own methods, under every policy, with every way to relax that remembers something.
-const CASES: [&[&str]; 11] = [
+const CASES: [&[&str]; 10] = [
     &["time.policy=\"quasi-static\""],
     &[
         "time.policy=\"quasi-static\"",
         "equilibrium.preconditioner=\"blocks\"",
         "equilibrium.tolerance=1e-4",
-    ],
-    &[
-        "time.policy=\"quasi-static\"",
-        "equilibrium.preconditioner=\"none\"",
-        "equilibrium.tolerance=1e-3",
     ],
     &[
         "time.policy=\"quasi-static\"",

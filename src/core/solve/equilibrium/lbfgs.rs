@@ -157,15 +157,6 @@ impl Lbfgs {
         residual: f64,
     ) -> Result<(), SolveError> {
         self.fit(potential, x)?;
-        let weight =
-            potential.anchor().map_or(0.0, |anchor| anchor.weights.least(potential.reduction()));
-        let unit = potential.force_scale() / potential.metric().mean_edge() + weight;
-        // What has been learnt is forgotten only where no step was found with it.
-        if (self.factor.ready && self.inverse.is_matrix_free()) || self.inverse.reset_learnt(unit) {
-            self.factor.ready = true;
-            self.history.clear();
-            return Ok(());
-        }
         self.factor.ready = false;
         for part in [HessianPart::Full, HessianPart::Positive] {
             let plain = self.inverse.is_vertexwise() || self.inverse.assumes_positive_definite();

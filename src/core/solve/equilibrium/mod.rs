@@ -5,7 +5,6 @@
 
 mod constrained;
 mod descent;
-mod diagonal;
 mod displacement_loading;
 mod force_tolerance;
 mod gauge;
