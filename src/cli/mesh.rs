@@ -8,10 +8,9 @@ use serde_json::{Value, json};
 use crate::Vec3;
 use crate::kinetics::formula::FieldFormula;
 use crate::output::{Inputs, ResultFile};
-use crate::sheet::repair::{RepairOptions, Repaired, repair};
 use crate::sheet::write::{self, MeshFormat};
 use crate::sheet::{
-    Finding, MeshReport, Sheet, SheetError, SheetShape, check, generate, generate_graph, read,
+    MeshReport, Sheet, SheetError, SheetShape, check, generate, generate_graph, read,
 };
 
 /// Arguments of the command `mesh`.
@@ -28,9 +27,6 @@ pub struct MeshArgs {
 enum Command {
     /// Make an irregular mesh of a simple shape (or an icosphere).
     Generate(GenerateArgs),
-    /// Repair a mesh file and write the result: coincident vertices, duplicates, degenerate triangles, small
-    /// parts, orientation, loose vertices. Exit code 2 with the places of what cannot be repaired.
-    Repair(RepairArgs),
     /// Report all faults of a mesh file (.obj, .ply, .stl, .msh, .vtu, .vtp, .vtk); exit code 2 if it is
     /// unusable.
     Check {
@@ -59,23 +55,6 @@ struct GenerateArgs {
     out: Option<PathBuf>,
     /// Replace that file if it exists.
     #[arg(long, global = true)]
-    force: bool,
-}
-
-#[derive(Debug, Args)]
-struct RepairArgs {
-    /// The mesh file (.obj, .ply, .stl, .msh, .vtu, .vtp, .vtk).
-    file: PathBuf,
-    /// The repaired mesh (.obj, .vtu, .vtp).
-    out: PathBuf,
-    /// Merge vertices nearer than this; those at the same point are always merged.
-    #[arg(long, value_name = "LENGTH", default_value_t = 0.0)]
-    merge_distance: f64,
-    /// Remove parts of less than this share of the area; the largest part stays.
-    #[arg(long, value_name = "SHARE", default_value_t = 0.01)]
-    small: f64,
-    /// Replace the output if it exists.
-    #[arg(long)]
     force: bool,
 }
 
@@ -252,7 +231,6 @@ pub fn run(args: &MeshArgs) -> crate::Result<()> {
             });
             print(args.json, &value, &report.to_string());
         }
-        Command::Repair(given) => mend(given, args.json)?,
         Command::Check { file } => {
             let surface = read::surface(file)?;
             let (findings, _) = check::examine(&surface);
@@ -271,8 +249,11 @@ pub fn run(args: &MeshArgs) -> crate::Result<()> {
             print(args.json, &value, &lines.join("\n"));
             if fatal > 0 {
                 let kinds = if fatal == 1 { "the kind of fault" } else { "the kinds of faults" };
-                let message =
-                    format!("the mesh is unusable; {kinds} above marked as error must be repaired");
+                let advice: Vec<&str> = findings.iter().filter_map(|f| f.fault.advice()).collect();
+                let advice = advice.join(". ");
+                let message = format!(
+                    "the mesh is unusable; {kinds} above marked as error must be repaired. {advice}"
+                );
                 return Err(SheetError::File { path: file.clone(), message }.into());
             }
         }
@@ -305,50 +286,6 @@ fn describe(file: &Path, as_json: bool) -> crate::Result<()> {
     });
     print(as_json, &value, &text);
     Ok(())
-}
-
-/// Repairs a mesh, prints what was done, and writes it.
-fn mend(given: &RepairArgs, as_json: bool) -> crate::Result<()> {
-    let surface = read::surface(&given.file)?;
-    let mut inputs = Inputs::default();
-    inputs.add("the mesh", &given.file);
-    let (file, format) = mesh_file(&given.out, given.force, &inputs)?;
-    let mut notes = surface.notes.clone();
-    if !surface.point_arrays.is_empty() || !surface.cell_arrays.is_empty() {
-        notes.push("the arrays of the file are not written".to_owned());
-    }
-    let options = RepairOptions { merge_distance: given.merge_distance, small: given.small };
-    let Repaired { steps, notes: findings, result } = repair(surface, options)?;
-    notes.extend(findings.iter().map(ToString::to_string));
-    let mut lines: Vec<String> = Vec::new();
-    for step in &steps {
-        let places = if step.places.is_empty() {
-            String::new()
-        } else {
-            format!(": {}", step.places.join("; "))
-        };
-        lines.push(format!("{}{places}", step.done));
-    }
-    lines.extend(notes.iter().map(|note| format!("note: {note}")));
-    let left: &[Finding] = result.as_ref().err().map_or(&[], |left| left);
-    lines.extend(left.iter().map(|finding| format!("error: {finding}")));
-    let report = result.as_ref().ok().map(MeshReport::new);
-    lines.extend(report.as_ref().map(ToString::to_string));
-    let value = json!({
-        "file": given.file, "out": given.out, "steps": steps, "notes": notes, "left": left, "mesh": report
-    });
-    print(as_json, &value, &lines.join("\n"));
-    match &result {
-        Ok(sheet) => Ok(file.write(|mut out| write::mesh(sheet, format, &mut out))?),
-        Err(left) => {
-            let advice: Vec<&str> = left.iter().filter_map(|f| f.fault.advice()).collect();
-            let message = format!(
-                "cannot be repaired without a guess; nothing was written. {}",
-                advice.join(". ")
-            );
-            Err(SheetError::File { path: given.file.clone(), message }.into())
-        }
-    }
 }
 
 /// Prints one of the two forms.

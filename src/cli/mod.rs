@@ -23,14 +23,12 @@ mod new;
 mod paraview;
 mod picture;
 mod plugin;
-mod rank_job;
 mod ranks;
 mod resume;
 mod run;
 mod scene_args;
 mod schema;
 mod sweep;
-mod user;
 mod view;
 
 use std::io::IsTerminal;
@@ -88,7 +86,7 @@ enum Command {
     Accuracy(Box<accuracy::AccuracyArgs>),
     /// Generate, check and describe meshes.
     Mesh(mesh::MeshArgs),
-    /// Write, list, describe, validate and time kinetics plugins.
+    /// Write, list, describe and validate kinetics plugins.
     Plugin(plugin::PluginArgs),
     /// Print the JSON Schema of scenes: editors complete keys and mark mistakes by it.
     Schema(schema::SchemaArgs),
@@ -103,8 +101,7 @@ enum Command {
 #[must_use]
 pub fn main() -> ExitCode {
     let cli = parsed();
-    let result = user::apply_defaults().and_then(|()| run_command(&cli.command));
-    let (code, text) = match result {
+    let (code, text) = match run_command(&cli.command) {
         Ok(()) => (0, String::new()),
         // The command has reported it.
         Err(Error::Solve(SolveError::Interrupted)) => (interrupt::exit_status(), String::new()),
@@ -157,29 +154,61 @@ fn colours(choice: ColorChoice) -> bool {
     }
 }
 
-/// Options of earlier versions: the command, the option, and what to write instead.
-const RETIRED_OPTIONS: [(&str, &str, &str); 6] = [
-    ("sweep", "memory", "give fewer --jobs"),
-    ("compare", "memory", "give fewer --jobs"),
-    ("accuracy", "memory", "give fewer --jobs"),
-    ("accuracy", "repeats", "the processor time of one run is taken"),
-    ("accuracy", "over", "make a study for each value, with --set KEY=VALUE"),
-    ("validate", "time-limit", "end a check that does not return with Ctrl-C"),
+/// Commands and options of earlier versions, and what to write instead.
+const RETIRED: [(&[&str], &str); 12] = [
+    (&["sweep", "--memory"], "give fewer --jobs"),
+    (&["compare", "--memory"], "give fewer --jobs"),
+    (&["accuracy", "--memory"], "give fewer --jobs"),
+    (&["accuracy", "--repeats"], "the processor time of one run is taken"),
+    (&["accuracy", "--over"], "make a study for each value, with --set KEY=VALUE"),
+    (&["plugin", "validate", "--time-limit"], "end a check that does not return with Ctrl-C"),
+    (&["sweep", "--slurm"], ARRAY_JOB),
+    (&["compare", "--slurm"], ARRAY_JOB),
+    (&["accuracy", "--slurm"], ARRAY_JOB),
+    (&["run", "--slurm"], "write a job script (docs/book/manual/ranks.md)"),
+    (
+        &["mesh", "repair"],
+        "mend the mesh in MeshLab, PyMeshLab or Blender; `rumple mesh check FILE` names its faults",
+    ),
+    (&["plugin", "bench"], "`rumple explain DIR` has the time and the points of the law in a run"),
 ];
+const ARRAY_JOB: &str =
+    "write a job script of `rumple sweep member`, after --plan (docs/book/manual/sweeps.md)";
 
-/// The command line; retired options are refused with what to write instead.
-fn parsed() -> Cli {
-    let mut command = Cli::command();
-    for (name, option, instead) in RETIRED_OPTIONS {
-        let refuse = move |_: &str| Err::<String, _>(format!("the option is gone: {instead}"));
-        let retired = Arg::new(option).long(option).hide(true).value_parser(refuse);
-        command = match name {
-            "validate" => command.mut_subcommand("plugin", |plugin| {
-                plugin.mut_subcommand(name, |command| command.arg(retired))
-            }),
-            _ => command.mut_subcommand(name, |command| command.arg(retired)),
-        };
+/// `command` that refuses a retired command or option of its own, or of one of its commands.
+fn retire(command: clap::Command, words: &[&'static str], instead: &'static str) -> clap::Command {
+    let refuse = move |_: &str| Err::<String, _>(format!("this is gone: {instead}"));
+    match *words {
+        [word] => match word.strip_prefix("--") {
+            Some(option) => command.arg(
+                Arg::new(option)
+                    .long(option)
+                    .hide(true)
+                    .num_args(0..=1)
+                    .default_missing_value("")
+                    .value_parser(refuse),
+            ),
+            None => command.subcommand(
+                clap::Command::new(word).hide(true).about(instead).arg(
+                    Arg::new("retired")
+                        .num_args(1..)
+                        .required(true)
+                        .allow_hyphen_values(true)
+                        .value_parser(refuse),
+                ),
+            ),
+        },
+        [command_name, ref rest @ ..] => {
+            command.mut_subcommand(command_name, |command| retire(command, rest, instead))
+        }
+        [] => command,
     }
+}
+
+/// The command line; what is retired is refused with what to write instead.
+fn parsed() -> Cli {
+    let retired = |command, (words, instead)| retire(command, words, instead);
+    let command = RETIRED.into_iter().fold(Cli::command(), retired);
     Cli::from_arg_matches(&command.get_matches()).unwrap_or_else(|error| error.exit())
 }
 

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! plan      Axis, Plan, Member              which members there are: scene, overrides, directory, fingerprint
-//! run       run, Pool, slurm, RankJob      one member; members as child processes or as an array job; a run over ranks
+//! run       run, Pool                      one member; members as child processes
 //! gather    MemberResults, Norm, Measures  how members stand, their results, their distances from one another
 //! draw                                     tables, plots against time, cost or a key
 //! sweep     a row of measures a member     compare   distances from the first     accuracy   errors against references

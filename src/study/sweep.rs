@@ -7,7 +7,6 @@
 //! DIR/statistics.csv          mean and standard deviation over the seeds
 //! DIR/refinement.csv          measures on ever finer meshes
 //! DIR/plots.json              the tables, and plots of the measures against each key, for the viewer
-//! DIR/sweep.sbatch, slurm/    an array job and what its tasks print
 //! ```
 //!
 //! The members are planned, run and gathered as those of any [study](super); here are the table with one row a

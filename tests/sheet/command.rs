@@ -47,30 +47,6 @@ fn unusable_meshes_and_wishes_are_errors() {
 }
 
 #[test]
-fn a_mesh_is_repaired_or_nothing_is_written() {
-    let folder = tempfile::tempdir().unwrap();
-    let (file, out) = (folder.path().join("bad.obj"), folder.path().join("good.vtu"));
-    std::fs::write(&file, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\nf 1 2 3\n").unwrap();
-    let (name, written) = (file.to_str().unwrap(), out.to_str().unwrap());
-    mesh(&["repair", name, written]).unwrap();
-    assert_eq!(read::surface(&out).unwrap().points.len(), 3);
-    let message = mesh(&["repair", name, written]).unwrap_err();
-    assert!(message.contains("good.vtu") && message.contains("--force"), "{message}");
-    mesh(&["--json", "repair", name, written, "--force"]).unwrap();
-    let message = mesh(&["repair", name, name, "--force"]).unwrap_err();
-    assert!(message.contains("bad.obj"), "{message}");
-    std::fs::write(
-        &file,
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 -1 0\nf 1 2 3\nf 2 1 4\nf 1 2 5\n",
-    )
-    .unwrap();
-    std::fs::remove_file(&out).unwrap();
-    let message = mesh(&["repair", name, written]).unwrap_err();
-    assert!(message.contains("At most two triangles of a sheet share an edge"), "{message}");
-    assert!(!out.exists());
-}
-
-#[test]
 fn a_graph_is_generated_from_its_formula() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("saddle.obj");

@@ -4,4 +4,3 @@ mod licences;
 mod new;
 mod schema;
 mod shell;
-mod user;

@@ -12,7 +12,7 @@ use crate::run::{Error, Result};
 use crate::scene::{Scene, SheetSource};
 use crate::study::gather::gather;
 use crate::study::plan::{Axis, Plan, seed_axis};
-use crate::study::run::{Runs, Settings, SlurmSettings};
+use crate::study::run::{Runs, Settings};
 use crate::study::{Purpose, refinement};
 
 pub(super) fn run(args: &PlanArgs) -> Result<()> {
@@ -56,14 +56,10 @@ pub(in crate::cli) fn begin(
         purpose,
         member: member.map(ToOwned::to_owned).to_vec(),
         settings: Settings {
-            jobs: how.jobs.map(usize::from).or(jobs.filter(|_| !how.slurm)),
+            jobs: how.jobs.map(usize::from).or(jobs),
             retry_failed: how.retry_failed,
             force: how.force,
-            slurm: how.slurm.then(|| SlurmSettings {
-                program,
-                options: how.slurm_option.clone(),
-                submit: !how.no_submit,
-            }),
+            plan_only: how.plan,
         },
         happens: &|text| {
             if !how.quiet {
@@ -76,8 +72,8 @@ pub(in crate::cli) fn begin(
     let interrupt = Interrupt::install()?;
     let claim = runs.open(&plan, &root)?;
     let ended = runs.on(&plan, (&root, &claim), interrupt);
-    // Before the members of an array job have run there is nothing to be seen.
-    crate::cli::view::write_report(&root, first.output.report && !how.slurm);
+    // Before members have run there is nothing to be seen.
+    crate::cli::view::write_report(&root, first.output.report && !how.plan);
     if how.json {
         let members = gather(&plan, &root).into_iter().map(|member| {
             json!({ "name": member.name, "status": member.status.to_string(), "reason": member.reason })
@@ -167,16 +163,9 @@ pub(in crate::cli) struct HowArgs {
     /// Print nothing but errors.
     #[arg(long)]
     pub(in crate::cli) quiet: bool,
-    /// Write a job script for Slurm, an array with a task for every member that is not complete, and
-    /// submit it.
+    /// Write the plan and run nothing: `rumple sweep member DIR NUMBER` runs one member, as a task of an array job does.
     #[arg(long)]
-    pub(in crate::cli) slurm: bool,
-    /// An option of sbatch for the script, as in `--slurm-option=--time=1:00:00`; may be repeated.
-    #[arg(long, value_name = "OPTION", requires = "slurm", allow_hyphen_values = true)]
-    pub(in crate::cli) slurm_option: Vec<String>,
-    /// Write the job script, but do not submit it.
-    #[arg(long, requires = "slurm")]
-    pub(in crate::cli) no_submit: bool,
+    pub(in crate::cli) plan: bool,
 }
 
 impl HowArgs {

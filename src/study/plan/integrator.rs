@@ -7,7 +7,6 @@ use crate::num::checked::Positive;
 use crate::num::{Short, decimal};
 use crate::run::{Error, Result};
 use crate::scene::Scene;
-use crate::study::run::slurm::shell_quoted;
 
 /// An integrator for a scene.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -103,7 +102,7 @@ const ROUNDING_ERROR: f64 = 1e-15;
 
 /// Returns overrides as options for a shell.
 pub(crate) fn set_options(overrides: &[String]) -> String {
-    let set = |text: &String| format!("--set {}", shell_quoted(text));
+    let set = |text: &String| format!("--set '{}'", text.replace('\'', "'\\''"));
     overrides.iter().map(set).collect::<Vec<_>>().join(" ")
 }
 
