@@ -198,25 +198,6 @@ pub enum KineticsError {
         /// How the calls differed.
         how: &'static str,
     },
-    /// Parameters that differ from point to point do not do what those of an instance do.
-    #[error(
-        "plugin `{plugin}` declares that it reads parameters point by point, but gives {} for \
-         {quantity} at point {point}, where an instance with these parameters gives {}",
-        Short(*found),
-        Short(*expected)
-    )]
-    Fields {
-        /// The plugin.
-        plugin: String,
-        /// What was returned.
-        quantity: String,
-        /// Number of the point.
-        point: usize,
-        /// With the parameters of the batch.
-        found: f64,
-        /// By an instance.
-        expected: f64,
-    },
     /// Both calls give the rates, and not the same ones.
     #[error(
         "{law} gives {} in rates and {} in rate_partials for the rate of species \

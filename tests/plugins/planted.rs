@@ -219,21 +219,6 @@ fn a_run_tells_of_results_that_the_law_itself_flags_as_unreliable() {
 }
 
 #[test]
-fn a_run_refuses_a_plugin_that_overlooks_parameters_over_the_sheet() {
-    let folder = tempfile::tempdir().unwrap();
-    let scene = scene_of(&planted("FIELDS_IGNORED"));
-    let scene =
-        scene.replace("initial.c", "parameters.k = { formula = \"1 + step(x)\" }\ninitial.c");
-    fs::write(folder.path().join("scene.toml"), scene).unwrap();
-    for arguments in [&["run", "scene.toml"][..], &["plugin", "validate", "scene.toml"]] {
-        let out = rumple(folder.path(), arguments);
-        let text = String::from_utf8_lossy(&out.stderr) + String::from_utf8_lossy(&out.stdout);
-        assert_eq!(out.status.code(), Some(2), "{text}");
-        assert!(text.contains("where an instance with these parameters gives"), "{text}");
-    }
-}
-
-#[test]
 fn a_run_says_which_derivative_is_wrong_and_goes_on() {
     let folder = tempfile::tempdir().unwrap();
     let scene = scene_of(&planted("WRONG_DERIVATIVE"));

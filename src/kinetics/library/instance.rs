@@ -219,13 +219,4 @@ impl Kinetics for PluginKinetics {
     fn typical(&self) -> Option<&[f64]> {
         self.typical.get().map(Vec::as_slice)
     }
-
-    fn with_parameters_as_instances(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
-        if !self.takes_parameter_columns {
-            return Ok(None);
-        }
-        let mut twin = Self::new(&self.library, self.parameters.clone())?;
-        twin.takes_parameter_columns = false;
-        Ok(Some(Box::new(twin)))
-    }
 }
