@@ -150,7 +150,13 @@ fn add_sheet(found: &mut Findings, scene: &Scene, simulation: &Simulation) -> Re
         let text = format!("Y = {modulus:.6e} force/length, B = {rigidity:.6e} energy");
         found.one("material", text);
     }
-    scene.effects.iter().for_each(|effect| found.each("effect", effect.name(), effect.name()));
+    let contributions = explain::contributions(simulation);
+    for (number, (effect, parts)) in scene.effects.iter().zip(&contributions).enumerate() {
+        let place = scene.written(&format!("effect[{number}]"));
+        let place = place.map(|written| format!(" ({written})")).unwrap_or_default();
+        let text = format!("{}{place}: {}", effect.name(), parts.join("; "));
+        found.each("effect", text, effect.name());
+    }
     Ok(())
 }
 
@@ -214,5 +220,9 @@ fn add_unknowns(found: &mut Findings, scene: &Scene, simulation: &Simulation) {
         let points = model.sheet().reduction().owned(chemistry.points(model.sheet()));
         let count = points * chemistry.descriptor().species.len();
         found.each("unknowns", format!("{count} values of species"), json!({ "species": count }));
+    }
+    for term in model.internal() {
+        let (count, name) = (term.count(model.sheet()), term.name());
+        found.each("unknowns", format!("{count} values of {name}"), json!({ name: count }));
     }
 }

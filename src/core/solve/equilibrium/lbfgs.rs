@@ -287,10 +287,6 @@ impl EquilibriumSpec for LbfgsSpec {
         self.max_iterations.get()
     }
 
-    fn linear_systems(&self, mechanics: &Mechanics, moving: bool) -> Vec<String> {
-        self.preconditioner.choice_lines(self.precision, mechanics.sheet().vertex_count(), moving)
-    }
-
     fn supports_ranks(&self) -> bool {
         self.preconditioner != Preconditioner::Multigrid && self.collapse.is_none()
     }

@@ -93,68 +93,6 @@ impl Preconditioner {
         }
     }
 
-    /// The choice on a sheet of that many vertices, with or without drag, and its reason.
-    pub(super) fn choice_lines(
-        self,
-        precision: FactorPrecision,
-        vertices: usize,
-        moving: bool,
-    ) -> Vec<String> {
-        let why = |auto: String| match self {
-            Self::Auto => auto,
-            _ => "equilibrium.preconditioner selects it".to_owned(),
-        };
-        let mut all = self.phase_lines(precision, vertices, false, &why);
-        if moving && self.for_sheet(vertices, true) != self.for_sheet(vertices, false) {
-            let later = self.phase_lines(precision, vertices, true, &why);
-            all = all.into_iter().map(|line| format!("for the start, {line}")).collect();
-            all.extend(later.into_iter().map(|line| format!("under drag, {line}")));
-        }
-        all
-    }
-
-    fn phase_lines(
-        self,
-        precision: FactorPrecision,
-        vertices: usize,
-        moving: bool,
-        why: &dyn Fn(String) -> String,
-    ) -> Vec<String> {
-        if self == Self::Blocks {
-            let why = why(String::new());
-            return vec![format!(
-                "blocks of the vertices on the diagonal of the Hessian's positive part, as {why}"
-            )];
-        }
-        if let Self::Registered(name) = self {
-            let why = why(String::new());
-            return vec![format!(
-                "linear solver `{name}` on the positive part of the Hessian, as {why}"
-            )];
-        }
-        let most = if moving { LARGE_UNDER_DRAG } else { LARGE_SHEET };
-        if self.for_sheet(vertices, moving) == Self::Multigrid {
-            let why = why(format!("the sheet has more than {most} vertices"));
-            return vec![format!("multigrid on the positive part of the Hessian, as {why}")];
-        }
-        let why = why(format!("the sheet has at most {most} vertices"));
-        let double = precision.is_double(vertices);
-        let digits = if double { "double" } else { "single" };
-        let because = match precision {
-            FactorPrecision::Auto if double => {
-                format!("up to {SMALL_SHEET} vertices it costs little")
-            }
-            FactorPrecision::Auto => format!("the sheet has more than {SMALL_SHEET} vertices"),
-            _ => "equilibrium.precision selects it".to_owned(),
-        };
-        vec![
-            format!(
-                "Cholesky factor of the positive part of the Hessian, of the whole near rest, as {why}"
-            ),
-            format!("factor in {digits} precision, as {because}"),
-        ]
-    }
-
     /// The choice on a sheet of that many vertices, with or without drag.
     pub(super) fn for_sheet(self, vertices: usize, moving: bool) -> Self {
         let most = if moving { LARGE_UNDER_DRAG } else { LARGE_SHEET };

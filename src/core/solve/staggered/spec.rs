@@ -104,27 +104,6 @@ impl IntegratorSpec for StaggeredSpec {
         explicit && policy.chemistry > 0.0
     }
 
-    fn parts(&self, policy: Storage) -> Vec<String> {
-        let shape = match policy.mechanics > 0.0 {
-            true => {
-                let why =
-                    if self.shape.is_some() { "time.integrator.shape" } else { "the default" };
-                format!("shape: moved under drag by {} ({why})", self.motion().name())
-            }
-            false => "shape: moved under a stabilising drag, to rest where an equilibrium is near"
-                .to_owned(),
-        };
-        let species = match (policy.chemistry > 0.0, self.chemistry.unwrap_or(self.usual())) {
-            (true, method) => {
-                let given = self.chemistry.is_some();
-                let why = if given { "time.integrator.chemistry" } else { "the default" };
-                format!("species: integrated with given signals by {} ({why})", method.name())
-            }
-            (false, _) => "species: brought to their steady state".to_owned(),
-        };
-        vec![shape, species]
-    }
-
     fn at_tolerance(&self, tolerance: Positive, until: Positive) -> Box<dyn IntegratorSpec> {
         let (rtol, atol) = scaled(tolerance, self.rtol, self.atol);
         let step = match self.method {
