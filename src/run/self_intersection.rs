@@ -41,7 +41,7 @@ impl Observer for Intersections {
         if !info.frame || !at.model().moves() || spread {
             return Ok(());
         }
-        let _scope = at.model().tally().meter("output", "self-intersection", &["shapes"]).scope(0);
+        let _scope = at.model().tally().meter("output", "self-intersection").scope("shapes");
         let (sheet, state) = (at.model().sheet(), at.state());
         let (found, place) = find(sheet, &state.x);
         self.last = Some(found);

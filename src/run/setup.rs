@@ -161,7 +161,7 @@ fn set_up(
     let invariants = Invariants::new(scene, &mut stepper)?;
     let tally = stepper.model().tally();
     let known: Duration = tally.costs().into_iter().map(|cost| cost.time).sum();
-    tally.meter("preparation", "setup", &[]).add(began.elapsed().saturating_sub(known));
+    tally.meter("preparation", "setup").add(began.elapsed().saturating_sub(known));
     let (plugins, host_law) = laws.map(|laws| (laws.files, laws.host_law)).unwrap_or_default();
     let mut simulation = Simulation {
         stepper,
