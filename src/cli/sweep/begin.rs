@@ -9,7 +9,7 @@ use crate::cli::{SceneArgs, warn};
 use crate::kinetics::PluginSearch;
 use crate::output::Interrupt;
 use crate::run::{Error, Result};
-use crate::scene::{Scene, SheetSource};
+use crate::scene::{OVER, Scene, SheetSource};
 use crate::study::gather::gather;
 use crate::study::plan::{Axis, Plan, seed_axis};
 use crate::study::run::{Runs, Settings};
@@ -90,7 +90,7 @@ fn refined(args: &SceneArgs, axes: &[Axis]) -> Result<Axis> {
         return Err(Error::Refused(message.into()));
     }
     let first: Vec<String> = axes.iter().flat_map(|axis| axis.overrides(0)).collect();
-    match Scene::varied(&args.scene, &args.overrides, &first)?.sheet.source {
+    match Scene::varied(&args.scene, &args.overrides, &first, OVER)?.sheet.source {
         SheetSource::Generated(shape) => Ok(refinement::axis(shape.vertices())),
         SheetSource::File { file } => Err(Error::Refused(format!(
             "--refine: the mesh is the file {}, which is not refined; give finer files: --over sheet.file=A,B,C",

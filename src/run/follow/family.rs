@@ -36,7 +36,7 @@ impl SceneFamily {
     /// A value that the scene cannot have, with its place.
     pub(super) fn member(&self, parameter: f64) -> Result<(Model, State)> {
         let over = self.key.set(parameter);
-        let scene = Scene::varied_by(&self.file, &self.set, &over, OPTION_NAME)?;
+        let scene = Scene::varied(&self.file, &self.set, &over, OPTION_NAME)?;
         let with = (&self.search, &self.tally);
         let (model, state) = setup::model(&scene, &self.sheet, with)?;
         Ok((model, State { time: self.time_at(parameter), ..state }))

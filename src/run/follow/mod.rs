@@ -72,7 +72,7 @@ impl Follow {
             return Err(Error::Refused(message));
         }
         request.check(from)?;
-        let scene = Scene::varied_by(file, set, &key.set(from), refusals::OPTION_NAME)?;
+        let scene = Scene::varied(file, set, &key.set(from), refusals::OPTION_NAME)?;
         let mut simulation = Simulation::new(&scene, search)?;
         refusals::check_scene(&scene, &simulation)?;
         if request.measure == Some(Measure::Volume) && simulation.sheet().boundary().contains(&true)
