@@ -5,13 +5,11 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand};
 use serde_json::{Value, json};
 
-use crate::Vec3;
-use crate::kinetics::formula::FieldFormula;
 use crate::output::{Inputs, ResultFile};
+use crate::run::read_sheet;
+use crate::scene::Scene;
 use crate::sheet::write::{self, MeshFormat};
-use crate::sheet::{
-    MeshReport, Sheet, SheetError, SheetShape, check, generate, generate_graph, read,
-};
+use crate::sheet::{MeshReport, Sheet, SheetError, check, read};
 
 /// Arguments of the command `mesh`.
 #[derive(Debug, Args)]
@@ -25,7 +23,7 @@ pub struct MeshArgs {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Make an irregular mesh of a simple shape (or an icosphere).
+    /// Make the mesh of a shape.
     Generate(GenerateArgs),
     /// Report all faults of a mesh file (.obj, .ply, .stl, .msh, .vtu, .vtp, .vtk); exit code 2 if it is
     /// unusable.
@@ -42,167 +40,39 @@ enum Command {
 
 #[derive(Debug, Args)]
 struct GenerateArgs {
-    #[command(subcommand)]
-    shape: ShapeCommand,
+    /// A shape of `[sheet]`: disc, rectangle, lattice, annulus, polygon, sphere, cylinder, cap, torus, ellipsoid, wavy-strip,
+    /// graph.
+    shape: String,
+    /// Its other keys there, as radius=5.
+    #[arg(value_name = "KEY=VALUE")]
+    keys: Vec<String>,
     /// Number of vertices: met exactly, but for the icosphere, which takes the nearest 10n² + 2.
-    #[arg(long, default_value_t = 20_000, global = true)]
+    #[arg(long, default_value_t = 20_000)]
     vertices: usize,
     /// Same seed, same mesh.
-    #[arg(long, default_value_t = 1, global = true)]
+    #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Write the mesh to this file (.obj, .vtu, .vtp); without it only the report is printed.
-    #[arg(long, value_name = "FILE", global = true)]
+    #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Replace that file if it exists.
-    #[arg(long, global = true)]
+    #[arg(long)]
     force: bool,
 }
 
-#[derive(Debug, Clone, Subcommand)]
-enum ShapeCommand {
-    /// A flat disc.
-    Disc {
-        /// Radius of the boundary.
-        #[arg(long)]
-        radius: f64,
-    },
-    /// A flat rectangle.
-    Rectangle {
-        /// Extent along x.
-        #[arg(long)]
-        width: f64,
-        /// Extent along y.
-        #[arg(long)]
-        height: f64,
-    },
-    /// A flat rectangle of rows of equilateral triangles.
-    Lattice {
-        /// Extent along x.
-        #[arg(long)]
-        width: f64,
-        /// Extent along y.
-        #[arg(long)]
-        height: f64,
-    },
-    /// A flat ring.
-    Annulus {
-        /// Radius of the hole.
-        #[arg(long)]
-        inner: f64,
-        /// Radius of the outer boundary.
-        #[arg(long)]
-        outer: f64,
-    },
-    /// A closed sphere.
-    Sphere {
-        /// Radius.
-        #[arg(long)]
-        radius: f64,
-        /// Random and relaxed instead of an icosphere.
-        #[arg(long)]
-        irregular: bool,
-    },
-    /// A cylinder around the z axis.
-    Cylinder {
-        /// Radius.
-        #[arg(long)]
-        radius: f64,
-        /// Extent along z.
-        #[arg(long)]
-        height: f64,
-        /// Closed by flat discs.
-        #[arg(long)]
-        caps: bool,
-    },
-    /// A part of a sphere, its boundary in z = 0.
-    Cap {
-        /// Radius of the sphere.
-        #[arg(long)]
-        radius: f64,
-        /// Height of the apex over the boundary.
-        #[arg(long)]
-        height: f64,
-    },
-    /// A torus around the z axis.
-    Torus {
-        /// Distance of the middle of the tube from the axis.
-        #[arg(long)]
-        major: f64,
-        /// Radius of the tube.
-        #[arg(long)]
-        minor: f64,
-    },
-    /// A closed ellipsoid.
-    Ellipsoid {
-        /// Semi-axes along x, y and z, as 3,2,1.
-        #[arg(long, value_name = "X,Y,Z", value_delimiter = ',')]
-        semi_axes: Vec<f64>,
-    },
-    /// A strip z = amplitude · sin(2πx/wavelength).
-    WavyStrip {
-        /// Extent along x.
-        #[arg(long)]
-        width: f64,
-        /// Extent along y.
-        #[arg(long)]
-        height: f64,
-        /// Largest |z|.
-        #[arg(long)]
-        amplitude: f64,
-        /// Period along x.
-        #[arg(long)]
-        wavelength: f64,
-    },
-    /// The surface z = f(x, y) over a rectangle.
-    Graph {
-        /// Extent along x.
-        #[arg(long)]
-        width: f64,
-        /// Extent along y.
-        #[arg(long)]
-        height: f64,
-        /// A formula of x and y, as "0.2*sin(x)*cos(y)".
-        #[arg(long, value_name = "FORMULA", allow_hyphen_values = true)]
-        z: String,
-    },
-}
-
-impl ShapeCommand {
-    /// Generates the mesh; returned with the description of its shape.
-    fn generate(&self, vertices: usize, seed: u64) -> crate::Result<(Sheet, Value)> {
-        let shape = match *self {
-            Self::Disc { radius } => SheetShape::Disc { radius },
-            Self::Rectangle { width, height } => SheetShape::Rectangle { width, height },
-            Self::Lattice { width, height } => SheetShape::Lattice { width, height },
-            Self::Annulus { inner, outer } => SheetShape::Annulus { inner, outer },
-            Self::Sphere { radius, irregular } => SheetShape::Sphere { radius, irregular },
-            Self::Cylinder { radius, height, caps } => {
-                SheetShape::Cylinder { radius, height, caps }
-            }
-            Self::Cap { radius, height } => SheetShape::Cap { radius, height },
-            Self::Torus { major, minor } => SheetShape::Torus { major, minor },
-            Self::Ellipsoid { ref semi_axes } => {
-                let semi_axes = <[f64; 3]>::try_from(&semi_axes[..]).map_err(|_| {
-                    let n = semi_axes.len();
-                    SheetError::Unusable(format!("--semi-axes has {n} numbers; 3 are expected"))
-                })?;
-                SheetShape::Ellipsoid { semi_axes }
-            }
-            Self::WavyStrip { width, height, amplitude, wavelength } => {
-                SheetShape::WavyStrip { width, height, amplitude, wavelength }
-            }
-            Self::Graph { width, height, ref z } => {
-                let formula = FieldFormula::new(z, false).map_err(|e| {
-                    let help = e.help.map(|help| format!("; {help}")).unwrap_or_default();
-                    SheetError::Unusable(format!("--z \"{z}\": {}{help}", e.message))
-                })?;
-                let heights = |points: &[Vec3]| formula.evaluate(points, 0.0);
-                let sheet = generate_graph([width, height], &heights, vertices, seed)?;
-                let named = json!({ "shape": "graph", "width": width, "height": height, "z": z });
-                return Ok((sheet, named));
-            }
-        };
-        Ok((generate(&shape, vertices, seed)?, json!(shape)))
+impl GenerateArgs {
+    /// The mesh, and the table `[sheet]` that has it.
+    fn generate(&self) -> crate::Result<(Sheet, Value)> {
+        let own = [
+            format!("shape={}", self.shape),
+            format!("vertices={}", self.vertices),
+            format!("seed={}", self.seed),
+        ];
+        let keys = own.iter().chain(&self.keys).map(|key| format!("sheet.{key}"));
+        let text = "sheet = {}\ntime = { until = 1.0 }\n";
+        let scene = Scene::parse(text, "sheet", &keys.collect::<Vec<_>>())?;
+        let sheet = read_sheet(&scene, &mut Vec::new())?;
+        Ok((sheet, json!(scene.sheet.source)))
     }
 }
 
@@ -220,15 +90,13 @@ pub fn run(args: &MeshArgs) -> crate::Result<()> {
                 .map(|path| mesh_file(path, given.force, &Inputs::default()))
                 .transpose()?;
             let waiting = super::Waiting::on("making the mesh", false);
-            let (sheet, shape) = given.shape.generate(given.vertices, given.seed)?;
+            let (sheet, shape) = given.generate()?;
             drop(waiting);
             if let Some((file, format)) = out {
                 file.write(|mut out| write::mesh(&sheet, format, &mut out))?;
             }
             let report = MeshReport::new(&sheet);
-            let value = json!({
-                "shape": shape, "seed": given.seed, "out": given.out, "mesh": report
-            });
+            let value = json!({ "sheet": shape, "out": given.out, "mesh": report });
             print(args.json, &value, &report.to_string());
         }
         Command::Check { file } => {

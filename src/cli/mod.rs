@@ -175,6 +175,23 @@ const RETIRED: [(&[&str], &str); 12] = [
 const ARRAY_JOB: &str =
     "write a job script of `rumple sweep member`, after --plan (docs/book/manual/sweeps.md)";
 
+/// Options of `mesh generate` that are keys of `[sheet]`.
+const SIZES: [&str; 13] = [
+    "--radius",
+    "--width",
+    "--height",
+    "--inner",
+    "--outer",
+    "--irregular",
+    "--caps",
+    "--major",
+    "--minor",
+    "--semi-axes",
+    "--amplitude",
+    "--wavelength",
+    "--z",
+];
+
 /// `command` that refuses a retired command or option of its own, or of one of its commands.
 fn retire(command: clap::Command, words: &[&'static str], instead: &'static str) -> clap::Command {
     let refuse = move |_: &str| Err::<String, _>(format!("this is gone: {instead}"));
@@ -209,6 +226,10 @@ fn retire(command: clap::Command, words: &[&'static str], instead: &'static str)
 fn parsed() -> Cli {
     let retired = |command, (words, instead)| retire(command, words, instead);
     let command = RETIRED.into_iter().fold(Cli::command(), retired);
+    let size = |command, size| {
+        retire(command, &["mesh", "generate", size], "write KEY=VALUE, as radius=5")
+    };
+    let command = SIZES.into_iter().fold(command, size);
     Cli::from_arg_matches(&command.get_matches()).unwrap_or_else(|error| error.exit())
 }
 

@@ -122,7 +122,7 @@ fn a_file_that_has_changed_is_named() {
                  [kinetics]\nrates.c = '-c'\ninitial.c = 1.0\n";
     let folder = folder(scene);
     let mesh = |vertices: &str| {
-        let size = ["--radius", "5", "--vertices", vertices, "--out", "disc.obj", "--force"];
+        let size = ["radius=5", "--vertices", vertices, "--out", "disc.obj", "--force"];
         let out = rumple(folder.path(), &[&["mesh", "generate", "disc"][..], &size].concat());
         assert!(out.status.success(), "{}", text(&out.stderr));
     };
