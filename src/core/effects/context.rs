@@ -28,7 +28,7 @@ impl<'a> EffectContext<'a> {
     /// The material, for an effect that takes it to be the same everywhere.
     ///
     /// # Errors
-    /// If it is not, or if there is none: an effect that asks for it declares that in [`EffectSpec::needs`], and the
+    /// If it is not, or if there is none: an effect that asks for it declares that in [`EffectSpec::needs`](super::EffectSpec::needs), and the
     /// scene is then refused earlier.
     pub fn material(&self) -> Result<&'a Material, EffectError> {
         if self.varying.is_some() {
