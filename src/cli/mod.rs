@@ -29,6 +29,7 @@ mod run;
 mod scene_args;
 mod schema;
 mod sweep;
+mod user;
 mod view;
 
 use std::io::IsTerminal;
@@ -42,6 +43,7 @@ use crate::solve::SolveError;
 use findings::Findings;
 use messages::{Waiting, plural, warn};
 use scene_args::{SceneArgs, absolute, finite, set_threads};
+use user::defaults;
 
 /// Thin elastic sheets whose shape and chemistry drive one another.
 #[derive(Debug, Parser)]
@@ -101,7 +103,7 @@ enum Command {
 #[must_use]
 pub fn main() -> ExitCode {
     let cli = parsed();
-    let (code, text) = match run_command(&cli.command) {
+    let (code, text) = match user::load().and_then(|()| run_command(&cli.command)) {
         Ok(()) => (0, String::new()),
         // The command has reported it.
         Err(Error::Solve(SolveError::Interrupted)) => (interrupt::exit_status(), String::new()),
@@ -149,7 +151,7 @@ fn colours(choice: ColorChoice) -> bool {
         // https://no-color.org
         ColorChoice::Auto => {
             let plain = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
-            std::io::stderr().is_terminal() && !plain
+            std::io::stderr().is_terminal() && !plain && !defaults().plain()
         }
     }
 }

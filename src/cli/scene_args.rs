@@ -47,14 +47,14 @@ impl SceneArgs {
     pub(super) fn load(&self) -> Result<(Scene, PluginSearch)> {
         self.set_threads();
         let scene = Scene::load(&self.scene, &self.overrides)?;
-        Ok((scene, PluginSearch::from_environment(&self.plugin_path)))
+        Ok((scene, super::defaults().search(&self.plugin_path)))
     }
 }
 
 /// Sets up the threads, as many as there are cores if no number is given.
 pub(super) fn set_threads(threads: Option<u16>) {
     // Only fails if a pool exists already, which then serves as well.
-    let threads = threads.map_or(0, usize::from);
+    let threads = threads.or(super::defaults().threads()).map_or(0, usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK_BYTES);
     let _ = pool.build_global();
 }

@@ -4,3 +4,4 @@ mod licences;
 mod new;
 mod schema;
 mod shell;
+mod user;

@@ -6,7 +6,6 @@ use clap::Args;
 use serde_json::json;
 
 use crate::cli::{SceneArgs, warn};
-use crate::kinetics::PluginSearch;
 use crate::output::Interrupt;
 use crate::run::{Error, Result};
 use crate::scene::{OVER, Scene, SheetSource};
@@ -29,7 +28,7 @@ pub(super) fn run(args: &PlanArgs) -> Result<()> {
 
 /// Gives members what the command line says of threads and plugins.
 pub(in crate::cli) fn configure_members(plan: &mut Plan, scene: &SceneArgs) -> Result<()> {
-    let directories = PluginSearch::from_environment(&scene.plugin_path).directories().to_vec();
+    let directories = crate::cli::defaults().search(&scene.plugin_path).directories().to_vec();
     plan.threads = scene.threads.unwrap_or(1);
     plan.plugin_path =
         directories.iter().map(|path| crate::cli::absolute(path)).collect::<Result<_>>()?;
