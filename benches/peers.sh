@@ -63,7 +63,7 @@ sheet() {
     mkdir -p target/peers/A target/peers/seed
     cp "$BENCH/A/sheet.py" target/peers/A/
     gcc -O3 -march=native -fopenmp -shared -fPIC "$BENCH/seed/sheetlib.c" -o target/peers/seed/libsheet.so -lm
-    target/release/rumple mesh generate disc --radius 32 --vertices 2000 --seed 1 --out target/peers/before.obj \
+    target/release/rumple mesh generate disc radius=32 --vertices 2000 --seed 1 --out target/peers/before.obj \
         --force >/dev/null
     models/accuracy/studies.sh before
     start=$(ls "$folder"/members/*/states.bin | head -n 1)

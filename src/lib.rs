@@ -109,7 +109,7 @@
 //!         let (area, weight) = (lumped_areas(context.sheet), self.weight.get());
 //!         let vertices = (0..).take(area.len()).map(|i| [i]).collect();
 //!         let make = move |_: &Conditions<'_>, i| Weight(weight * area[i]);
-//!         Ok(Effect::energy(Elements::new("gravity", context.sheet, vertices, make)))
+//!         Ok(Effect::energy(Elements::new("gravity", context.sheet, vertices, make)?))
 //!     }
 //! }
 //!

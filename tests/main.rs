@@ -17,7 +17,7 @@
 //! * `scene`: what is accepted, what is refused and how that is said.
 //! * `sheet`: generated meshes, their quality and topology; readers; checks.
 //! * `start`: scenes from templates, the schema of scenes, completions, man pages, licences.
-//! * `sweep`: keys and values, members, tables, pictures, plots; killed and gone on; Slurm.
+//! * `sweep`: keys and values, members, tables, pictures, plots; killed and gone on.
 //! * `view`: the viewer of results: its data against the frames, its size, what is refused.
 
 #![allow(missing_docs, clippy::cast_precision_loss)]

@@ -26,13 +26,6 @@ command -v xauth >/dev/null || packages+=(xauth)
 command -v chromium >/dev/null || command -v google-chrome >/dev/null || packages+=(chromium)
 command -v python3 >/dev/null && python3 -c 'import venv, ensurepip' 2>/dev/null \
     || packages+=(python3 python3-venv)
-# The tests with Slurm need root; without it they are left out.
-if ((EUID == 0)); then
-    PATH="$PATH:/usr/sbin"
-    for pair in slurmctld:slurmctld slurmd:slurmd sbatch:slurm-client munged:munge; do
-        command -v "${pair%%:*}" >/dev/null || packages+=("${pair##*:}")
-    done
-fi
 install() {
     local root=()
     if ((EUID != 0)); then
@@ -93,13 +86,6 @@ RUMPLE_PYTHON="$PWD/$venv/bin/python" \
 heading "contact by ipctk and exact arithmetic"
 RUMPLE_PYTHON="$PWD/$venv/bin/python" \
     cargo test --release -p rumple-tests effects::proximity -- --ignored
-
-heading "tests with a real Slurm"
-if ((EUID == 0)); then
-    tests/scripts/slurm.sh cargo test --release -p rumple-tests real_slurm -- --ignored
-else
-    echo "left out: slurmd needs root"
-fi
 
 heading "a small run: $scene"
 target/release/rumple run "$scene" --out "$result" --force

@@ -23,7 +23,7 @@ use rumple::model::Potential;
 use rumple::num::real;
 use rumple::sheet::{Sheet, SheetShape, generate};
 use rumple::solve::Control;
-use rumple::solve::continuation::{Continuation, Event, Family, Point, Settings};
+use rumple::solve::continuation::{Continuation, Event, Point, Settings};
 
 use super::branches::points;
 use super::{Models, Outcome, STVK_MEYER, Sample, mechanics};
@@ -40,10 +40,8 @@ struct Grown {
     strain: f64,
 }
 
-impl Family for Grown {
-    type Error = Box<dyn std::error::Error>;
-
-    fn potential(&mut self, parameter: f64) -> Outcome<Potential> {
+impl Grown {
+    fn potential(&self, parameter: f64) -> Outcome<Potential> {
         let effects = [MODELS.stretching, MODELS.bending];
         let mut potential = mechanics(&self.sheet, &MATERIAL, &effects, self.pins.clone())?;
         let factor = vec![1.0 + parameter * self.strain; self.sheet.edges().len()];
@@ -162,11 +160,17 @@ pub fn wrinkled(vertices: usize) -> Outcome<Wrinkled> {
     let (k, waves) = first_mode(rims);
     let ratio = MATERIAL.bending_rigidity() / MATERIAL.stretching_modulus();
     let exact = k * k * (1.0 - MATERIAL.poisson) * ratio;
-    let mut family = Grown { sheet: Arc::clone(&sheet), pins, strain: exact };
+    let family = Grown { sheet: Arc::clone(&sheet), pins, strain: exact };
     let settings = Settings::over(0.8..=1.2, family.potential(0.8)?.mechanics());
     let settings = Settings { first_step: 0.05, tolerance: 1e-9, ..settings };
     let start = (sheet.rest().to_vec(), 0.8);
-    let mut branch = Continuation::new(family, start, true, settings, &Control::default())?;
+    let mut branch = Continuation::new(
+        move |p| family.potential(p),
+        start,
+        true,
+        settings,
+        &Control::default(),
+    )?;
     let critical = |point: &Point| matches!(point.event, Event::Bifurcation(_));
     // Special points come before the one that the step leads to.
     let all = points(&mut branch, |point| point.negative > 0)?;

@@ -27,7 +27,7 @@ use rumple::model::Potential;
 use rumple::num::real;
 use rumple::sheet::Sheet;
 use rumple::solve::Control;
-use rumple::solve::continuation::{Continuation, Event, Family, Point, Settings, System};
+use rumple::solve::continuation::{Continuation, Event, Point, Settings, System};
 
 use super::meshes::Strip;
 use super::shells::SHELL_HINGE;
@@ -50,10 +50,8 @@ pub struct Loaded {
     load: fn(f64) -> String,
 }
 
-impl Family for Loaded {
-    type Error = Box<dyn std::error::Error>;
-
-    fn potential(&mut self, parameter: f64) -> Outcome<Potential> {
+impl Loaded {
+    fn potential(&self, parameter: f64) -> Outcome<Potential> {
         let load = (self.load)(parameter);
         mechanics(
             &self.sheet,
@@ -114,13 +112,14 @@ pub fn column(rows: usize) -> Outcome<Column> {
              force = {{ per-length = [{force:e}, 0.0, 0.0] }}"
         )
     };
-    let mut family = Loaded { sheet: Arc::clone(&sheet), pins, load };
+    let family = Loaded { sheet: Arc::clone(&sheet), pins, load };
     let rest = sheet.rest().to_vec();
     let potential = family.potential(0.0)?;
     let settings = Settings::over(0.0..=1.2, potential.mechanics());
     let settings = Settings { longest_step: 0.5, tolerance: 1e-9, ..settings };
     let control = Control::default();
-    let mut branch = Continuation::new(family, (rest, 0.0), true, settings, &control)?;
+    let mut branch =
+        Continuation::new(move |p| family.potential(p), (rest, 0.0), true, settings, &control)?;
     let straight = points(&mut branch, |_| false)?;
     let at = straight.iter().position(|p| matches!(p.event, Event::Bifurcation(_)));
     let at = at.ok_or("the straight branch has no bifurcation")?;
@@ -195,12 +194,13 @@ pub fn arch(rows: usize) -> Outcome<Arch> {
     let rise = 2.0 * RISE * gyration();
     let (sheet, pins) = strip(rows, false, |x| rise * (PI * x / LENGTH).sin())?;
     let load = |load: f64| super::area_load(-load * unit());
-    let mut family = Loaded { sheet: Arc::clone(&sheet), pins, load };
+    let family = Loaded { sheet: Arc::clone(&sheet), pins, load };
     let potential = family.potential(0.0)?;
     let settings = Settings { tolerance: 1e-9, ..Settings::over(0.0..=3.0, potential.mechanics()) };
     let control = Control::default();
     let rest = sheet.rest().to_vec();
-    let mut branch = Continuation::new(family, (rest, 0.0), true, settings, &control)?;
+    let mut branch =
+        Continuation::new(move |p| family.potential(p), (rest, 0.0), true, settings, &control)?;
     let all = points(&mut branch, |_| false)?;
     let folds: Vec<usize> = (0..all.len()).filter(|&k| all[k].event == Event::Fold).collect();
     let [down, back] = folds[..] else { return Err(format!("{} folds", folds.len()).into()) };

@@ -25,7 +25,7 @@ use rumple::effects::{Material, Pins};
 use rumple::model::Potential;
 use rumple::sheet::Sheet;
 use rumple::solve::Control;
-use rumple::solve::continuation::{Continuation, Event, Family, Settings};
+use rumple::solve::continuation::{Continuation, Event, Settings};
 
 use super::branches::points;
 use super::plates::{Boundary, plate};
@@ -46,10 +46,8 @@ struct Cap {
     zoelly: f64,
 }
 
-impl Family for Cap {
-    type Error = Box<dyn std::error::Error>;
-
-    fn potential(&mut self, parameter: f64) -> Outcome<Potential> {
+impl Cap {
+    fn potential(&self, parameter: f64) -> Outcome<Potential> {
         let load = area_load(-parameter * self.zoelly);
         let effects = [MODELS.stretching, MODELS.bending, &load];
         mechanics(&self.sheet, &self.material, &effects, self.pins.clone())
@@ -130,10 +128,16 @@ pub fn cap(vertices: usize) -> Outcome<Snap> {
     let lift = |x: &Vec3| Vec3::new(x.x, x.y, -0.5 * curvature * (x.x * x.x + x.y * x.y));
     let rest: Vec<Vec3> = flat.sheet.rest().iter().map(lift).collect();
     let sheet = Arc::new(Sheet::new(rest.clone(), flat.sheet.triangles().to_vec())?);
-    let mut family = Cap { sheet: Arc::clone(&sheet), pins: flat.pins, material, zoelly };
+    let family = Cap { sheet: Arc::clone(&sheet), pins: flat.pins, material, zoelly };
     let settings = Settings::over(0.0..=MAX_LOAD, family.potential(0.0)?.mechanics());
     let settings = Settings { length: thickness, longest_step: 0.2, tolerance: 1e-9, ..settings };
-    let mut branch = Continuation::new(family, (rest, 0.0), true, settings, &Control::default())?;
+    let mut branch = Continuation::new(
+        move |p| family.potential(p),
+        (rest, 0.0),
+        true,
+        settings,
+        &Control::default(),
+    )?;
     let all = points(&mut branch, |_| false)?;
     let folds: Vec<usize> = (0..all.len()).filter(|&k| all[k].event == Event::Fold).collect();
     let [down, back] = folds[..] else { return Err(format!("{} folds", folds.len()).into()) };

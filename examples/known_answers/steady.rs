@@ -33,9 +33,7 @@ use rumple::kinetics::PluginSearch;
 use rumple::model::Model;
 use rumple::scene::Scene;
 use rumple::solve::Control;
-use rumple::solve::continuation::{
-    Continuation, Event, Point, ReactingFamily, Settings, SteadyStateSystem, Unknowns,
-};
+use rumple::solve::continuation::{Continuation, Event, Point, Settings, Unknowns};
 
 use super::{Outcome, Sample};
 
@@ -47,12 +45,8 @@ impl<T: Fn(f64) -> String> Scenes<T> {
         let scene = Scene::parse(&self.0(parameter), "known_answers", &[])?;
         Ok(Simulation::new(&scene, &PluginSearch::in_directories(Vec::new()))?)
     }
-}
 
-impl<T: Fn(f64) -> String> ReactingFamily for Scenes<T> {
-    type Error = Box<dyn std::error::Error>;
-
-    fn model(&mut self, parameter: f64) -> Outcome<(Arc<Model>, f64)> {
+    fn model(&self, parameter: f64) -> Outcome<(Arc<Model>, f64)> {
         Ok((Arc::clone(self.simulation(parameter)?.model()), 0.0))
     }
 }
@@ -70,8 +64,8 @@ pub(super) fn points<T: Fn(f64) -> String>(
     let settings = Settings { longest_step: 0.2, tolerance: 1e-9, ..settings };
     let control = Control::default();
     let start = (start, ends[0]);
-    let mut branch: Continuation<SteadyStateSystem<Scenes<T>>> =
-        Continuation::of_species(scenes, start, true, settings, &control)?;
+    let family = |parameter| scenes.model(parameter);
+    let mut branch = Continuation::of_species(family, start, true, settings, &control)?;
     let mut all = vec![branch.point().clone()];
     while !branch.has_ended() && all.len() < MAX_POINTS {
         all.extend(branch.advance()?);

@@ -7,7 +7,7 @@ set -euo pipefail
 radius=$1 vertices=$2
 shift 2
 gcc -O3 -march=native -fopenmp -o printed "$BENCH/seed/seed_baseline.c" -lm
-"$RUMPLE" mesh generate disc --radius "$radius" --vertices "$vertices" --seed 1 --out disc.obj > mesh.log
+"$RUMPLE" mesh generate disc radius="$radius" --vertices "$vertices" --seed 1 --out disc.obj > mesh.log
 awk -f "$MODELS/hard/printed.awk" disc.obj > disc.txt
 OMP_NUM_THREADS=1 ./printed disc.txt --grad an --amax 1.5 --tolF 5e-3 --wall 50 --out frame "$@" > log
 awk '/^t / { for (k = 1; k < NF; k++) if ($k == "U") energy = $(k + 1) }

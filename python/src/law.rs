@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyString, PyTuple};
 use rumple::kinetics::{
     self as engine, Capabilities, Column, Descriptor, Feedback, HostLaw, Kinetics, KineticsError,
-    Location, Outcome, Parameter, Quantity, Signal, SignalRead, Template, differences,
+    Location, Outcome, Parameter, Quantity, Signal, SignalRead, differences,
 };
 use rumple::output::provenance::fingerprint;
 
@@ -263,40 +263,16 @@ fn signals_of(signals: &Bound<'_, PyAny>) -> PyResult<Vec<SignalRead>> {
 impl Law {
     /// The law for the engine, which leaves exceptions of the functions in `raised`.
     pub(crate) fn host_law(&self, raised: &Slot) -> HostLaw {
-        HostLaw::new(Arc::new(PythonLaw {
-            descriptor: Arc::clone(&self.descriptor),
-            functions: Arc::clone(&self.functions),
-            digest: self.digest.clone(),
-            raised: raised.clone(),
-        }))
-    }
-}
-
-/// Of what laws of functions in Python are made.
-#[derive(Debug)]
-struct PythonLaw {
-    descriptor: Arc<Descriptor>,
-    functions: Arc<Functions>,
-    digest: String,
-    raised: Slot,
-}
-
-impl Template for PythonLaw {
-    fn descriptor(&self) -> &Descriptor {
-        &self.descriptor
-    }
-
-    fn digest(&self) -> &str {
-        &self.digest
-    }
-
-    fn with(&self, values: Vec<f64>) -> Arc<dyn Kinetics> {
-        Arc::new(PythonKinetics {
-            descriptor: Arc::clone(&self.descriptor),
-            values,
-            typical: OnceLock::new(),
-            functions: Arc::clone(&self.functions),
-            raised: self.raised.clone(),
+        let descriptor = Arc::clone(&self.descriptor);
+        let (functions, raised) = (Arc::clone(&self.functions), raised.clone());
+        HostLaw::new(Arc::clone(&self.descriptor), self.digest.clone(), move |values| {
+            Arc::new(PythonKinetics {
+                descriptor: Arc::clone(&descriptor),
+                values,
+                typical: OnceLock::new(),
+                functions: Arc::clone(&functions),
+                raised: raised.clone(),
+            })
         })
     }
 }

@@ -30,7 +30,7 @@ fn _rumple(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<law::Law>()?;
     module.add_class::<law::Batch>()?;
     module.add_class::<scene::Scene>()?;
-    module.add_class::<simulation::Simulation>()?;
+    module.add_class::<course::Simulation>()?;
     module.add_class::<species::Species>()?;
     module.add_class::<run::State>()?;
     module.add_class::<step::Step>()?;

@@ -6,8 +6,7 @@ use pyo3::prelude::*;
 use rumple::sheet::Array;
 
 use crate::convert;
-use crate::course::Course;
-use crate::simulation::Simulation;
+use crate::course::{Course, Simulation};
 
 /// Values of the species where they live, by name: read-only copies, and to be set.
 #[pyclass(module = "rumple", frozen)]

@@ -6,7 +6,6 @@ use clap::parser::ValueSource;
 use super::sweep::begin::{begin, configure_members};
 use super::sweep::{HowArgs, show};
 use super::{SceneArgs, absolute, warn};
-use crate::kinetics::PluginSearch;
 use crate::num::Short;
 use crate::num::checked::Positive;
 use crate::run::{Error, Result, Simulation};
@@ -89,7 +88,7 @@ pub(super) fn run(args: &AccuracyArgs, command: &clap::Command) -> Result<()> {
         return show(&Purpose::Accuracy(study), &plan, &root, args.how.quiet);
     }
     let scene = &args.scene;
-    let search = PluginSearch::from_environment(&scene.plugin_path);
+    let search = super::defaults().search(&scene.plugin_path);
     let (study, mut plan) = Study::plan(&scene.scene, &scene.overrides, &search, &options(args)?)?;
     plan.level = args.level;
     configure_members(&mut plan, scene)?;

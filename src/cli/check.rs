@@ -108,8 +108,7 @@ fn on_ranks(
 fn add_warnings(found: &mut Findings, simulation: &Simulation) {
     let flat = simulation.stepper.state.x.iter().all(|x| x.z == simulation.stepper.state.x[0].z);
     let mechanics = simulation.model().mechanics();
-    let pushed =
-        mechanics.names().any(|name| name.starts_with("pressure") || name.starts_with("load"));
+    let pushed = mechanics.applied_forces().into_iter().any(|force| force > 0.0);
     if flat && !pushed && !mechanics.is_planar() && !mechanics.is_empty() {
         let text = "the initial shape is perfectly flat, and only forces out of the plane move it out of it, even from a \
                     saddle; give sheet.imperfection or sheet.bump to break the symmetry";
@@ -151,7 +150,13 @@ fn add_sheet(found: &mut Findings, scene: &Scene, simulation: &Simulation) -> Re
         let text = format!("Y = {modulus:.6e} force/length, B = {rigidity:.6e} energy");
         found.one("material", text);
     }
-    scene.effects.iter().for_each(|effect| found.each("effect", effect.name(), effect.name()));
+    let contributions = explain::contributions(simulation);
+    for (number, (effect, parts)) in scene.effects.iter().zip(&contributions).enumerate() {
+        let place = scene.written(&format!("effect[{number}]"));
+        let place = place.map(|written| format!(" ({written})")).unwrap_or_default();
+        let text = format!("{}{place}: {}", effect.name(), parts.join("; "));
+        found.each("effect", text, effect.name());
+    }
     Ok(())
 }
 
@@ -215,5 +220,9 @@ fn add_unknowns(found: &mut Findings, scene: &Scene, simulation: &Simulation) {
         let points = model.sheet().reduction().owned(chemistry.points(model.sheet()));
         let count = points * chemistry.descriptor().species.len();
         found.each("unknowns", format!("{count} values of species"), json!({ "species": count }));
+    }
+    for term in model.internal() {
+        let (count, name) = (term.count(model.sheet()), term.name());
+        found.each("unknowns", format!("{count} values of {name}"), json!({ name: count }));
     }
 }

@@ -1,37 +1,34 @@
-//! `rumple explain SCENE`: what a scene calls for and why; `rumple explain DIR`: what a run cost.
+//! `rumple explain DIR`: what a run cost.
+
+use std::path::PathBuf;
 
 use clap::Args;
 
-use super::SceneArgs;
-use crate::run::{Costs, Explanation, Result, Simulation};
+use crate::run::{Costs, Error, Result};
 
 /// Arguments of `explain`.
 #[derive(Debug, Args)]
 pub(super) struct ExplainArgs {
-    #[command(flatten)]
-    scene: SceneArgs,
+    /// The result directory.
+    #[arg(value_name = "DIR")]
+    directory: PathBuf,
     /// Print it as JSON.
     #[arg(long)]
     json: bool,
 }
 
 pub(super) fn run(args: &ExplainArgs) -> Result<()> {
-    if args.scene.scene.is_dir() {
-        let costs = Costs::read(&args.scene.scene)?;
-        show(args.json, &costs);
-        return Ok(());
+    if args.directory.is_file() {
+        let scene = args.directory.display();
+        return Err(Error::Refused(format!(
+            "{scene}: `rumple check {scene}` lists what a scene calls for; \
+             `rumple explain DIR` shows what a run cost"
+        )));
     }
-    let (scene, search) = args.scene.load()?;
-    let simulation = Simulation::new(&scene, &search)?;
-    let explanation = Explanation::new(&scene, &simulation);
-    show(args.json, &explanation);
+    let costs = Costs::read(&args.directory)?;
+    match args.json {
+        true => say!("{}", serde_json::to_string_pretty(&costs).unwrap_or_default()),
+        false => say!("{}", costs.to_string().trim_end()),
+    }
     Ok(())
-}
-
-fn show<T: serde::Serialize + std::fmt::Display>(json: bool, what: &T) {
-    if json {
-        say!("{}", serde_json::to_string_pretty(what).unwrap_or_default());
-    } else {
-        say!("{}", what.to_string().trim_end());
-    }
 }

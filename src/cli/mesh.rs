@@ -5,14 +5,11 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand};
 use serde_json::{Value, json};
 
-use crate::Vec3;
-use crate::kinetics::formula::FieldFormula;
 use crate::output::{Inputs, ResultFile};
-use crate::sheet::repair::{RepairOptions, Repaired, repair};
+use crate::run::read_sheet;
+use crate::scene::Scene;
 use crate::sheet::write::{self, MeshFormat};
-use crate::sheet::{
-    Finding, MeshReport, Sheet, SheetError, SheetShape, check, generate, generate_graph, read,
-};
+use crate::sheet::{MeshReport, Sheet, SheetError, check, read};
 
 /// Arguments of the command `mesh`.
 #[derive(Debug, Args)]
@@ -26,11 +23,8 @@ pub struct MeshArgs {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Make an irregular mesh of a simple shape (or an icosphere).
+    /// Make the mesh of a shape.
     Generate(GenerateArgs),
-    /// Repair a mesh file and write the result: coincident vertices, duplicates, degenerate triangles, small
-    /// parts, orientation, loose vertices. Exit code 2 with the places of what cannot be repaired.
-    Repair(RepairArgs),
     /// Report all faults of a mesh file (.obj, .ply, .stl, .msh, .vtu, .vtp, .vtk); exit code 2 if it is
     /// unusable.
     Check {
@@ -46,184 +40,39 @@ enum Command {
 
 #[derive(Debug, Args)]
 struct GenerateArgs {
-    #[command(subcommand)]
-    shape: ShapeCommand,
+    /// A shape of `[sheet]`: disc, rectangle, lattice, annulus, polygon, sphere, cylinder, cap, torus, ellipsoid, wavy-strip,
+    /// graph.
+    shape: String,
+    /// Its other keys there, as radius=5.
+    #[arg(value_name = "KEY=VALUE")]
+    keys: Vec<String>,
     /// Number of vertices: met exactly, but for the icosphere, which takes the nearest 10n² + 2.
-    #[arg(long, default_value_t = 20_000, global = true)]
+    #[arg(long, default_value_t = 20_000)]
     vertices: usize,
     /// Same seed, same mesh.
-    #[arg(long, default_value_t = 1, global = true)]
+    #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Write the mesh to this file (.obj, .vtu, .vtp); without it only the report is printed.
-    #[arg(long, value_name = "FILE", global = true)]
+    #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Replace that file if it exists.
-    #[arg(long, global = true)]
-    force: bool,
-}
-
-#[derive(Debug, Args)]
-struct RepairArgs {
-    /// The mesh file (.obj, .ply, .stl, .msh, .vtu, .vtp, .vtk).
-    file: PathBuf,
-    /// The repaired mesh (.obj, .vtu, .vtp).
-    out: PathBuf,
-    /// Merge vertices nearer than this; those at the same point are always merged.
-    #[arg(long, value_name = "LENGTH", default_value_t = 0.0)]
-    merge_distance: f64,
-    /// Remove parts of less than this share of the area; the largest part stays.
-    #[arg(long, value_name = "SHARE", default_value_t = 0.01)]
-    small: f64,
-    /// Replace the output if it exists.
     #[arg(long)]
     force: bool,
 }
 
-#[derive(Debug, Clone, Subcommand)]
-enum ShapeCommand {
-    /// A flat disc.
-    Disc {
-        /// Radius of the boundary.
-        #[arg(long)]
-        radius: f64,
-    },
-    /// A flat rectangle.
-    Rectangle {
-        /// Extent along x.
-        #[arg(long)]
-        width: f64,
-        /// Extent along y.
-        #[arg(long)]
-        height: f64,
-    },
-    /// A flat rectangle of rows of equilateral triangles.
-    Lattice {
-        /// Extent along x.
-        #[arg(long)]
-        width: f64,
-        /// Extent along y.
-        #[arg(long)]
-        height: f64,
-    },
-    /// A flat ring.
-    Annulus {
-        /// Radius of the hole.
-        #[arg(long)]
-        inner: f64,
-        /// Radius of the outer boundary.
-        #[arg(long)]
-        outer: f64,
-    },
-    /// A closed sphere.
-    Sphere {
-        /// Radius.
-        #[arg(long)]
-        radius: f64,
-        /// Random and relaxed instead of an icosphere.
-        #[arg(long)]
-        irregular: bool,
-    },
-    /// A cylinder around the z axis.
-    Cylinder {
-        /// Radius.
-        #[arg(long)]
-        radius: f64,
-        /// Extent along z.
-        #[arg(long)]
-        height: f64,
-        /// Closed by flat discs.
-        #[arg(long)]
-        caps: bool,
-    },
-    /// A part of a sphere, its boundary in z = 0.
-    Cap {
-        /// Radius of the sphere.
-        #[arg(long)]
-        radius: f64,
-        /// Height of the apex over the boundary.
-        #[arg(long)]
-        height: f64,
-    },
-    /// A torus around the z axis.
-    Torus {
-        /// Distance of the middle of the tube from the axis.
-        #[arg(long)]
-        major: f64,
-        /// Radius of the tube.
-        #[arg(long)]
-        minor: f64,
-    },
-    /// A closed ellipsoid.
-    Ellipsoid {
-        /// Semi-axes along x, y and z, as 3,2,1.
-        #[arg(long, value_name = "X,Y,Z", value_delimiter = ',')]
-        semi_axes: Vec<f64>,
-    },
-    /// A strip z = amplitude · sin(2πx/wavelength).
-    WavyStrip {
-        /// Extent along x.
-        #[arg(long)]
-        width: f64,
-        /// Extent along y.
-        #[arg(long)]
-        height: f64,
-        /// Largest |z|.
-        #[arg(long)]
-        amplitude: f64,
-        /// Period along x.
-        #[arg(long)]
-        wavelength: f64,
-    },
-    /// The surface z = f(x, y) over a rectangle.
-    Graph {
-        /// Extent along x.
-        #[arg(long)]
-        width: f64,
-        /// Extent along y.
-        #[arg(long)]
-        height: f64,
-        /// A formula of x and y, as "0.2*sin(x)*cos(y)".
-        #[arg(long, value_name = "FORMULA", allow_hyphen_values = true)]
-        z: String,
-    },
-}
-
-impl ShapeCommand {
-    /// Generates the mesh; returned with the description of its shape.
-    fn generate(&self, vertices: usize, seed: u64) -> crate::Result<(Sheet, Value)> {
-        let shape = match *self {
-            Self::Disc { radius } => SheetShape::Disc { radius },
-            Self::Rectangle { width, height } => SheetShape::Rectangle { width, height },
-            Self::Lattice { width, height } => SheetShape::Lattice { width, height },
-            Self::Annulus { inner, outer } => SheetShape::Annulus { inner, outer },
-            Self::Sphere { radius, irregular } => SheetShape::Sphere { radius, irregular },
-            Self::Cylinder { radius, height, caps } => {
-                SheetShape::Cylinder { radius, height, caps }
-            }
-            Self::Cap { radius, height } => SheetShape::Cap { radius, height },
-            Self::Torus { major, minor } => SheetShape::Torus { major, minor },
-            Self::Ellipsoid { ref semi_axes } => {
-                let semi_axes = <[f64; 3]>::try_from(&semi_axes[..]).map_err(|_| {
-                    let n = semi_axes.len();
-                    SheetError::Unusable(format!("--semi-axes has {n} numbers; 3 are expected"))
-                })?;
-                SheetShape::Ellipsoid { semi_axes }
-            }
-            Self::WavyStrip { width, height, amplitude, wavelength } => {
-                SheetShape::WavyStrip { width, height, amplitude, wavelength }
-            }
-            Self::Graph { width, height, ref z } => {
-                let formula = FieldFormula::new(z, false).map_err(|e| {
-                    let help = e.help.map(|help| format!("; {help}")).unwrap_or_default();
-                    SheetError::Unusable(format!("--z \"{z}\": {}{help}", e.message))
-                })?;
-                let heights = |points: &[Vec3]| formula.evaluate(points, 0.0);
-                let sheet = generate_graph([width, height], &heights, vertices, seed)?;
-                let named = json!({ "shape": "graph", "width": width, "height": height, "z": z });
-                return Ok((sheet, named));
-            }
-        };
-        Ok((generate(&shape, vertices, seed)?, json!(shape)))
+impl GenerateArgs {
+    /// The mesh, and the table `[sheet]` that has it.
+    fn generate(&self) -> crate::Result<(Sheet, Value)> {
+        let own = [
+            format!("shape={}", self.shape),
+            format!("vertices={}", self.vertices),
+            format!("seed={}", self.seed),
+        ];
+        let keys = own.iter().chain(&self.keys).map(|key| format!("sheet.{key}"));
+        let text = "sheet = {}\ntime = { until = 1.0 }\n";
+        let scene = Scene::parse(text, "sheet", &keys.collect::<Vec<_>>())?;
+        let sheet = read_sheet(&scene, &mut Vec::new())?;
+        Ok((sheet, json!(scene.sheet.source)))
     }
 }
 
@@ -241,18 +90,15 @@ pub fn run(args: &MeshArgs) -> crate::Result<()> {
                 .map(|path| mesh_file(path, given.force, &Inputs::default()))
                 .transpose()?;
             let waiting = super::Waiting::on("making the mesh", false);
-            let (sheet, shape) = given.shape.generate(given.vertices, given.seed)?;
+            let (sheet, shape) = given.generate()?;
             drop(waiting);
             if let Some((file, format)) = out {
                 file.write(|mut out| write::mesh(&sheet, format, &mut out))?;
             }
             let report = MeshReport::new(&sheet);
-            let value = json!({
-                "shape": shape, "seed": given.seed, "out": given.out, "mesh": report
-            });
+            let value = json!({ "sheet": shape, "out": given.out, "mesh": report });
             print(args.json, &value, &report.to_string());
         }
-        Command::Repair(given) => mend(given, args.json)?,
         Command::Check { file } => {
             let surface = read::surface(file)?;
             let (findings, _) = check::examine(&surface);
@@ -271,8 +117,11 @@ pub fn run(args: &MeshArgs) -> crate::Result<()> {
             print(args.json, &value, &lines.join("\n"));
             if fatal > 0 {
                 let kinds = if fatal == 1 { "the kind of fault" } else { "the kinds of faults" };
-                let message =
-                    format!("the mesh is unusable; {kinds} above marked as error must be repaired");
+                let advice: Vec<&str> = findings.iter().filter_map(|f| f.fault.advice()).collect();
+                let advice = advice.join(". ");
+                let message = format!(
+                    "the mesh is unusable; {kinds} above marked as error must be repaired. {advice}"
+                );
                 return Err(SheetError::File { path: file.clone(), message }.into());
             }
         }
@@ -305,50 +154,6 @@ fn describe(file: &Path, as_json: bool) -> crate::Result<()> {
     });
     print(as_json, &value, &text);
     Ok(())
-}
-
-/// Repairs a mesh, prints what was done, and writes it.
-fn mend(given: &RepairArgs, as_json: bool) -> crate::Result<()> {
-    let surface = read::surface(&given.file)?;
-    let mut inputs = Inputs::default();
-    inputs.add("the mesh", &given.file);
-    let (file, format) = mesh_file(&given.out, given.force, &inputs)?;
-    let mut notes = surface.notes.clone();
-    if !surface.point_arrays.is_empty() || !surface.cell_arrays.is_empty() {
-        notes.push("the arrays of the file are not written".to_owned());
-    }
-    let options = RepairOptions { merge_distance: given.merge_distance, small: given.small };
-    let Repaired { steps, notes: findings, result } = repair(surface, options)?;
-    notes.extend(findings.iter().map(ToString::to_string));
-    let mut lines: Vec<String> = Vec::new();
-    for step in &steps {
-        let places = if step.places.is_empty() {
-            String::new()
-        } else {
-            format!(": {}", step.places.join("; "))
-        };
-        lines.push(format!("{}{places}", step.done));
-    }
-    lines.extend(notes.iter().map(|note| format!("note: {note}")));
-    let left: &[Finding] = result.as_ref().err().map_or(&[], |left| left);
-    lines.extend(left.iter().map(|finding| format!("error: {finding}")));
-    let report = result.as_ref().ok().map(MeshReport::new);
-    lines.extend(report.as_ref().map(ToString::to_string));
-    let value = json!({
-        "file": given.file, "out": given.out, "steps": steps, "notes": notes, "left": left, "mesh": report
-    });
-    print(as_json, &value, &lines.join("\n"));
-    match &result {
-        Ok(sheet) => Ok(file.write(|mut out| write::mesh(sheet, format, &mut out))?),
-        Err(left) => {
-            let advice: Vec<&str> = left.iter().filter_map(|f| f.fault.advice()).collect();
-            let message = format!(
-                "cannot be repaired without a guess; nothing was written. {}",
-                advice.join(". ")
-            );
-            Err(SheetError::File { path: given.file.clone(), message }.into())
-        }
-    }
 }
 
 /// Prints one of the two forms.

@@ -23,7 +23,6 @@ mod new;
 mod paraview;
 mod picture;
 mod plugin;
-mod rank_job;
 mod ranks;
 mod resume;
 mod run;
@@ -44,6 +43,7 @@ use crate::solve::SolveError;
 use findings::Findings;
 use messages::{Waiting, plural, warn};
 use scene_args::{SceneArgs, absolute, finite, set_threads};
+use user::defaults;
 
 /// Thin elastic sheets whose shape and chemistry drive one another.
 #[derive(Debug, Parser)]
@@ -88,7 +88,7 @@ enum Command {
     Accuracy(Box<accuracy::AccuracyArgs>),
     /// Generate, check and describe meshes.
     Mesh(mesh::MeshArgs),
-    /// Write, list, describe, validate and time kinetics plugins.
+    /// Write, list, describe and validate kinetics plugins.
     Plugin(plugin::PluginArgs),
     /// Print the JSON Schema of scenes: editors complete keys and mark mistakes by it.
     Schema(schema::SchemaArgs),
@@ -103,8 +103,7 @@ enum Command {
 #[must_use]
 pub fn main() -> ExitCode {
     let cli = parsed();
-    let result = user::apply_defaults().and_then(|()| run_command(&cli.command));
-    let (code, text) = match result {
+    let (code, text) = match user::load().and_then(|()| run_command(&cli.command)) {
         Ok(()) => (0, String::new()),
         // The command has reported it.
         Err(Error::Solve(SolveError::Interrupted)) => (interrupt::exit_status(), String::new()),
@@ -152,28 +151,87 @@ fn colours(choice: ColorChoice) -> bool {
         // https://no-color.org
         ColorChoice::Auto => {
             let plain = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
-            std::io::stderr().is_terminal() && !plain
+            std::io::stderr().is_terminal() && !plain && !defaults().plain()
         }
     }
 }
 
-/// Options of earlier versions: the command, the option, and what to write instead.
-const RETIRED_OPTIONS: [(&str, &str, &str); 5] = [
-    ("sweep", "memory", "give fewer --jobs"),
-    ("compare", "memory", "give fewer --jobs"),
-    ("accuracy", "memory", "give fewer --jobs"),
-    ("accuracy", "repeats", "the processor time of one run is taken"),
-    ("accuracy", "over", "make a study for each value, with --set KEY=VALUE"),
+/// Commands and options of earlier versions, and what to write instead.
+const RETIRED: [(&[&str], &str); 12] = [
+    (&["sweep", "--memory"], "give fewer --jobs"),
+    (&["compare", "--memory"], "give fewer --jobs"),
+    (&["accuracy", "--memory"], "give fewer --jobs"),
+    (&["accuracy", "--repeats"], "the processor time of one run is taken"),
+    (&["accuracy", "--over"], "make a study for each value, with --set KEY=VALUE"),
+    (&["plugin", "validate", "--time-limit"], "end a check that does not return with Ctrl-C"),
+    (&["sweep", "--slurm"], ARRAY_JOB),
+    (&["compare", "--slurm"], ARRAY_JOB),
+    (&["accuracy", "--slurm"], ARRAY_JOB),
+    (&["run", "--slurm"], "write a job script (docs/book/manual/ranks.md)"),
+    (
+        &["mesh", "repair"],
+        "mend the mesh in MeshLab, PyMeshLab or Blender; `rumple mesh check FILE` names its faults",
+    ),
+    (&["plugin", "bench"], "`rumple explain DIR` has the time and the points of the law in a run"),
+];
+const ARRAY_JOB: &str =
+    "write a job script of `rumple sweep member`, after --plan (docs/book/manual/sweeps.md)";
+
+/// Options of `mesh generate` that are keys of `[sheet]`.
+const SIZES: [&str; 13] = [
+    "--radius",
+    "--width",
+    "--height",
+    "--inner",
+    "--outer",
+    "--irregular",
+    "--caps",
+    "--major",
+    "--minor",
+    "--semi-axes",
+    "--amplitude",
+    "--wavelength",
+    "--z",
 ];
 
-/// The command line; retired options are refused with what to write instead.
-fn parsed() -> Cli {
-    let mut command = Cli::command();
-    for (name, option, instead) in RETIRED_OPTIONS {
-        let refuse = move |_: &str| Err::<String, _>(format!("the option is gone: {instead}"));
-        let retired = Arg::new(option).long(option).hide(true).value_parser(refuse);
-        command = command.mut_subcommand(name, |command| command.arg(retired));
+/// `command` that refuses a retired command or option of its own, or of one of its commands.
+fn retire(command: clap::Command, words: &[&'static str], instead: &'static str) -> clap::Command {
+    let refuse = move |_: &str| Err::<String, _>(format!("this is gone: {instead}"));
+    match *words {
+        [word] => match word.strip_prefix("--") {
+            Some(option) => command.arg(
+                Arg::new(option)
+                    .long(option)
+                    .hide(true)
+                    .num_args(0..=1)
+                    .default_missing_value("")
+                    .value_parser(refuse),
+            ),
+            None => command.subcommand(
+                clap::Command::new(word).hide(true).about(instead).arg(
+                    Arg::new("retired")
+                        .num_args(1..)
+                        .required(true)
+                        .allow_hyphen_values(true)
+                        .value_parser(refuse),
+                ),
+            ),
+        },
+        [command_name, ref rest @ ..] => {
+            command.mut_subcommand(command_name, |command| retire(command, rest, instead))
+        }
+        [] => command,
     }
+}
+
+/// The command line; what is retired is refused with what to write instead.
+fn parsed() -> Cli {
+    let retired = |command, (words, instead)| retire(command, words, instead);
+    let command = RETIRED.into_iter().fold(Cli::command(), retired);
+    let size = |command, size| {
+        retire(command, &["mesh", "generate", size], "write KEY=VALUE, as radius=5")
+    };
+    let command = SIZES.into_iter().fold(command, size);
     Cli::from_arg_matches(&command.get_matches()).unwrap_or_else(|error| error.exit())
 }
 

@@ -49,6 +49,7 @@ struct DrawingArgs {
 
 impl DrawingArgs {
     fn drawing(&self) -> DrawingOptions {
+        let [browser, ffmpeg] = super::defaults().programs();
         DrawingOptions {
             field: self.field.clone(),
             range: self.range,
@@ -59,6 +60,8 @@ impl DrawingArgs {
             title: self.title.clone(),
             edges: self.edges,
             light: !self.flat,
+            browser,
+            ffmpeg,
         }
     }
 }

@@ -6,7 +6,6 @@ use std::sync::Arc;
 use clap::Args;
 
 use super::run;
-use crate::kinetics::PluginSearch;
 use crate::output::{Interrupt, Mode, Progress, ResultDirectory};
 use crate::reduction::Communicator;
 use crate::run::ranks::{self, agreed};
@@ -60,7 +59,7 @@ fn run_in_pool(args: &ResumeArgs, ranks: Option<Arc<dyn Communicator>>) -> Resul
     }
     let directory = agreed(ranks.as_deref(), directory(&root, ranks.as_deref()))?;
     let quiet = args.quiet || ranks.as_ref().is_some_and(|ranks| ranks.rank() > 0);
-    let search = PluginSearch::from_environment(&args.plugin_path);
+    let search = super::defaults().search(&args.plugin_path);
     let until = args.until.map(|until| format!("time.until={until:?}"));
     let overrides: Vec<String> = args.overrides.iter().cloned().chain(until).collect();
     let resumed =

@@ -39,14 +39,9 @@ pub(super) struct RunArgs {
     /// Print nothing but errors, and what a law does wrong.
     #[arg(long)]
     quiet: bool,
-    #[command(flatten)]
-    job: super::rank_job::JobArgs,
 }
 
 pub(super) fn run(args: &RunArgs) -> Result<()> {
-    if args.job.slurm {
-        return submit(args);
-    }
     let ranks = super::ranks::all()?;
     let Some(ranks) = ranks else { return args.scene.with_threads(|| run_in_pool(args, None)) };
     // One says what there is to say, and no rank takes the threads of another.
@@ -55,20 +50,6 @@ pub(super) fn run(args: &RunArgs) -> Result<()> {
     let args =
         RunArgs { quiet, scene: SceneArgs { threads, ..args.scene.clone() }, ..args.clone() };
     args.scene.with_threads(|| run_in_pool(&args, Some(ranks)))
-}
-
-/// Writes the job script, and submits it; where there are results of the run, it is resumed.
-fn submit(args: &RunArgs) -> Result<()> {
-    Scene::load(&args.scene.scene, &args.scene.overrides)?;
-    let root = super::absolute(args.out.as_deref().unwrap_or(Path::new("")))?;
-    let mut words = args.scene.words()?;
-    if let Some(from) = &args.from {
-        words.extend(["--from".to_owned(), super::absolute(from)?.to_string_lossy().into_owned()]);
-    }
-    words.extend(args.start_time.map(|time| format!("--start-time={time:?}")));
-    let flags = [("--force", args.force), ("--quiet", args.quiet)];
-    words.extend(flags.iter().filter(|(_, given)| *given).map(|(flag, _)| (*flag).to_owned()));
-    args.job.submit(&args.scene, &root, words, args.quiet)
 }
 
 fn run_in_pool(args: &RunArgs, ranks: Option<Arc<dyn Communicator>>) -> Result<()> {
@@ -216,7 +197,7 @@ pub(super) fn print_summary(done: &Summary, directory: &ResultDirectory) {
         say!("{invariant}");
     }
     if let Some(text) = done.intersection.and_then(SelfIntersection::words) {
-        say!("warning: {text}, at the end; the scene lists no effect `contact`");
+        say!("warning: {text}, at the end");
     }
     if done.frames > 0 {
         let index = directory.pvd();

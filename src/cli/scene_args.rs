@@ -43,39 +43,18 @@ impl SceneArgs {
         rayon::scope(|_| work())
     }
 
-    /// The same options word by word, but for the scene: as a job needs them that runs elsewhere.
-    pub(super) fn words(&self) -> Result<Vec<String>> {
-        let mut words: Vec<String> = Vec::new();
-        self.overrides.iter().for_each(|set| words.extend(["--set".to_owned(), set.clone()]));
-        words.extend(self.words_of_plugins()?);
-        Ok(words)
-    }
-
-    /// Those of them that a resumed run takes as well.
-    pub(super) fn words_of_plugins(&self) -> Result<Vec<String>> {
-        let mut words = Vec::new();
-        for path in &self.plugin_path {
-            let path = absolute(path)?.to_string_lossy().into_owned();
-            words.extend(["--plugin-path".to_owned(), path]);
-        }
-        if let Some(threads) = self.threads {
-            words.extend(["--threads".to_owned(), threads.to_string()]);
-        }
-        Ok(words)
-    }
-
     /// Sets up the threads and reads the scene.
     pub(super) fn load(&self) -> Result<(Scene, PluginSearch)> {
         self.set_threads();
         let scene = Scene::load(&self.scene, &self.overrides)?;
-        Ok((scene, PluginSearch::from_environment(&self.plugin_path)))
+        Ok((scene, super::defaults().search(&self.plugin_path)))
     }
 }
 
 /// Sets up the threads, as many as there are cores if no number is given.
 pub(super) fn set_threads(threads: Option<u16>) {
     // Only fails if a pool exists already, which then serves as well.
-    let threads = threads.map_or(0, usize::from);
+    let threads = threads.or(super::defaults().threads()).map_or(0, usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK_BYTES);
     let _ = pool.build_global();
 }

@@ -1,23 +1,28 @@
-//! Defaults of the user, by a file in the place of variables of the environment.
+//! Defaults of the user: `rumple/config.toml` in the directory for configuration.
 
 use std::env;
-use std::ffi::OsString;
 use std::num::NonZeroU16;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use serde::Deserialize;
 
+use crate::kinetics::PluginSearch;
+use crate::kinetics::search::PATH_VARIABLE;
 use crate::run::{Error, Result};
+use crate::view::NamedProgram;
 
-/// The file `rumple/config.toml` of the user's directory for configuration.
+/// What the file says; variables of the environment and options come first.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-struct Defaults {
+pub(super) struct Defaults {
     threads: Option<NonZeroU16>,
     color: Option<Color>,
     plugin_path: Vec<PathBuf>,
     browser: Option<PathBuf>,
     ffmpeg: Option<PathBuf>,
+    #[serde(skip)]
+    file: PathBuf,
 }
 
 #[derive(Debug, PartialEq, Eq, Deserialize)]
@@ -27,58 +32,67 @@ enum Color {
     Never,
 }
 
-impl Defaults {
-    /// The variables that have the same meaning.
-    fn variables(self) -> Result<Vec<(&'static str, OsString)>> {
-        let full = |path: PathBuf| match (path.strip_prefix("~"), env::home_dir()) {
-            (Ok(rest), Some(home)) => home.join(rest),
-            _ => path,
-        };
-        let folders = self.plugin_path.into_iter().map(full);
-        let folders = env::join_paths(folders)
-            .map_err(|error| Error::Refused(format!("plugin_path: {error}")))?;
-        let all = [
-            ("RAYON_NUM_THREADS", self.threads.map(|threads| threads.to_string().into())),
-            ("NO_COLOR", (self.color == Some(Color::Never)).then(|| "1".into())),
-            ("RUMPLE_PLUGIN_PATH", Some(folders).filter(|folders| !folders.is_empty())),
-            ("RUMPLE_BROWSER", self.browser.map(|program| full(program).into())),
-            ("RUMPLE_FFMPEG", self.ffmpeg.map(|program| full(program).into())),
-        ];
-        let new = |(name, value)| {
-            Some((name, Option::<OsString>::filter(value, |_| env::var_os(name).is_none())?))
-        };
-        Ok(all.into_iter().filter_map(new).collect())
-    }
+static DEFAULTS: OnceLock<Defaults> = OnceLock::new();
+
+/// The defaults that [`load`] has read.
+pub(super) fn defaults() -> &'static Defaults {
+    DEFAULTS.get_or_init(Defaults::default)
 }
 
-/// Starts the program again with the variables that the user's file gives and the environment does not, if there are any.
+/// Reads the file, if there is one.
 ///
 /// # Errors
-/// A file that cannot be read, with its line.
-#[cfg(unix)]
-pub(super) fn apply_defaults() -> Result<()> {
-    use std::os::unix::process::CommandExt;
-
+/// A file that cannot be read, a key or a value that is not known, with the line.
+pub(super) fn load() -> Result<()> {
     let folder = env::var_os("XDG_CONFIG_HOME").filter(|folder| !folder.is_empty());
     let folder = folder.map(PathBuf::from).or_else(|| Some(env::home_dir()?.join(".config")));
-    let Some(file) = folder.map(|folder| folder.join("rumple/config.toml")) else { return Ok(()) };
-    if !file.is_file() {
+    let Some(folder) = folder.map(|folder| folder.join("rumple")) else { return Ok(()) };
+    let file = folder.join("config.toml");
+    if !file.exists() {
         return Ok(());
     }
-    let refuse = |why: String| Error::Refused(format!("{}: {why}", file.display()));
+    let refuse = |why: String| Error::Refused(format!("{}: {}", file.display(), why.trim_end()));
     let text = std::fs::read_to_string(&file).map_err(|error| refuse(error.to_string()))?;
-    let defaults = toml::from_str::<Defaults>(&text).map_err(|error| refuse(error.to_string()))?;
-    let variables = defaults.variables()?;
-    if variables.is_empty() {
-        return Ok(());
-    }
-    let program = env::current_exe().map_err(|error| refuse(error.to_string()))?;
-    let mut again = std::process::Command::new(program);
-    let error = again.args(env::args_os().skip(1)).envs(variables).exec();
-    Err(refuse(format!("the program cannot be started again: {error}")))
+    let mut read: Defaults = toml::from_str(&text).map_err(|error| refuse(error.to_string()))?;
+    let programs = read.browser.iter_mut().chain(&mut read.ffmpeg);
+    programs.for_each(|program| *program = from_home(program));
+    read.plugin_path.iter_mut().for_each(|path| *path = folder.join(from_home(path)));
+    DEFAULTS.get_or_init(|| Defaults { file, ..read });
+    Ok(())
 }
 
-#[cfg(not(unix))]
-pub(super) fn apply_defaults() -> Result<()> {
-    Ok(())
+/// The path, with the home directory in place of `~`.
+fn from_home(path: &Path) -> PathBuf {
+    let home = path.strip_prefix("~").ok().and_then(|rest| Some(env::home_dir()?.join(rest)));
+    home.unwrap_or_else(|| path.to_owned())
+}
+
+impl Defaults {
+    /// Threads, unless the environment has their number.
+    pub(super) fn threads(&self) -> Option<u16> {
+        let threads = self.threads.filter(|_| env::var_os("RAYON_NUM_THREADS").is_none());
+        threads.map(NonZeroU16::get)
+    }
+
+    /// Whether messages have no colours.
+    pub(super) fn plain(&self) -> bool {
+        self.color == Some(Color::Never)
+    }
+
+    /// Where plugins are looked for: in the directories `given`, then in those of the environment or, without, of the file.
+    pub(super) fn search(&self, given: &[PathBuf]) -> PluginSearch {
+        let more = match env::var_os(PATH_VARIABLE) {
+            None => &self.plugin_path[..],
+            Some(_) => &[],
+        };
+        PluginSearch::from_environment(&[given, more].concat())
+    }
+
+    /// The browser and ffmpeg.
+    pub(super) fn programs(&self) -> [Option<NamedProgram>; 2] {
+        [("browser", &self.browser), ("ffmpeg", &self.ffmpeg)].map(|(key, path)| {
+            let by = format!("{}: {key}", self.file.display());
+            path.clone().map(|path| NamedProgram { path, by })
+        })
+    }
 }

@@ -1,5 +1,4 @@
-//! Partial derivatives by differences, for laws that give none of their own, and a check of those
-//! that do.
+//! Partial derivatives by differences, for laws that give none of their own and to compare with those of others.
 //!
 //! ```text
 //! ∂f/∂x ≈ (f(x + h) - f(x - h))/(2h)        h = ε^{1/3} max(|x|, x_typical),  ε = 2^-52
@@ -47,58 +46,6 @@ pub fn partials<K: Kinetics + ?Sized>(
         warning = warning.or(slopes.warning);
     }
     Ok(warning)
-}
-
-/// Where derivatives that a law gives differ most from differences.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Deviation {
-    /// Row: which species' rate.
-    pub species: usize,
-    /// Column: derivative by which input.
-    pub input: usize,
-    /// At which point of the batch.
-    pub point: usize,
-    /// The derivative that the law gives.
-    pub given: f64,
-    /// The difference quotient.
-    pub difference: f64,
-    /// |given - difference| over the greatest |difference| of this entry in the batch.
-    pub relative: f64,
-}
-
-/// Compares the partial derivatives of the rates that a law gives with differences; the greatest
-/// relative deviation, `None` for an empty batch. NaN counts as infinite.
-///
-/// # Errors
-/// If the law fails at any of the points.
-pub fn check_rate_partials<K: Kinetics + ?Sized>(
-    kinetics: &K,
-    batch: &Batch<'_>,
-) -> Result<Option<Deviation>, super::KineticsError> {
-    let species = kinetics.descriptor().species.len();
-    let inputs = kinetics.descriptor().inputs();
-    let mut rates = super::field::Columns::new(species, batch.count);
-    let mut given = super::field::Columns::new(species * inputs, batch.count);
-    let mut expected = super::field::Columns::new(species * inputs, batch.count);
-    let (quantity, values) = (Quantity::Rates, &mut rates.slices_mut());
-    kinetics.evaluate(quantity, batch, values, &mut given.slices_mut())?;
-    partials(kinetics, quantity, batch, values, &mut expected.slices_mut())?;
-
-    let mut worst: Option<Deviation> = None;
-    for entry in 0..species * inputs {
-        let scale = expected.column(entry).iter().fold(f64::MIN_POSITIVE, |m, d| m.max(d.abs()));
-        for (point, (&given, &difference)) in
-            given.column(entry).iter().zip(expected.column(entry)).enumerate()
-        {
-            let error = (given - difference).abs() / scale;
-            let relative = if error.is_nan() { f64::INFINITY } else { error };
-            if worst.is_none_or(|worst| relative > worst.relative) {
-                let (species, input) = (entry / inputs, entry % inputs);
-                worst = Some(Deviation { species, input, point, given, difference, relative });
-            }
-        }
-    }
-    Ok(worst)
 }
 
 /// Typical magnitude and valid range of one input.

@@ -198,25 +198,6 @@ pub enum KineticsError {
         /// How the calls differed.
         how: &'static str,
     },
-    /// Parameters that differ from point to point do not do what those of an instance do.
-    #[error(
-        "plugin `{plugin}` declares that it reads parameters point by point, but gives {} for \
-         {quantity} at point {point}, where an instance with these parameters gives {}",
-        Short(*found),
-        Short(*expected)
-    )]
-    Fields {
-        /// The plugin.
-        plugin: String,
-        /// What was returned.
-        quantity: String,
-        /// Number of the point.
-        point: usize,
-        /// With the parameters of the batch.
-        found: f64,
-        /// By an instance.
-        expected: f64,
-    },
     /// Both calls give the rates, and not the same ones.
     #[error(
         "{law} gives {} in rates and {} in rate_partials for the rate of species \
@@ -268,29 +249,6 @@ pub enum KineticsError {
         output: usize,
         /// How many points it has.
         points: usize,
-    },
-    /// A plugin wrote to what it may only read; seen in a call that got copies.
-    #[error(
-        "plugin `{plugin}` changed its input {input} at {location} {point} in {call}, from {} \
-         to {}: a law may write to its outputs only",
-        Short(*before),
-        Short(*after)
-    )]
-    ChangedInput {
-        /// The plugin.
-        plugin: String,
-        /// Which call.
-        call: &'static str,
-        /// Name of the species, signal column or parameter.
-        input: String,
-        /// `vertex`, `face` or `edge`.
-        location: &'static str,
-        /// Number of the point.
-        point: usize,
-        /// The value that was given.
-        before: f64,
-        /// The value after the call.
-        after: f64,
     },
     /// An input that is not a finite number: the fault lies before the kinetics.
     #[error("{input} = {} at {location} {point}: kinetics need finite inputs", Short(*value))]

@@ -1,50 +1,57 @@
 //! Laws of the host program, which embeds the engine: registered by name, looked up like plugins.
 
 use std::collections::BTreeMap;
-use std::fmt::Debug;
+use std::fmt::{self, Debug, Formatter};
 use std::sync::Arc;
 
 use super::{Descriptor, Kinetics, KineticsError, parameters};
 
-/// A law of the host program, of which instances with parameters can be made.
-pub trait Template: Send + Sync + Debug {
-    /// Species, parameters with their defaults, signals read.
-    fn descriptor(&self) -> &Descriptor;
+/// Makes an instance with values of the parameters, in the order of the descriptor.
+type Instantiate = dyn Fn(Vec<f64>) -> Arc<dyn Kinetics> + Send + Sync;
 
-    /// Hash of all that rates depend on: a run is resumed only with the same.
-    fn digest(&self) -> &str;
-
-    /// An instance with `values` of the parameters, in the order of the descriptor.
-    fn with(&self, values: Vec<f64>) -> Arc<dyn Kinetics>;
+/// A law that the host program registers by name, and that scenes name as they name a plugin.
+#[derive(Clone)]
+pub struct HostLaw {
+    descriptor: Arc<Descriptor>,
+    digest: String,
+    instantiate: Arc<Instantiate>,
 }
 
-/// A law that the host program registers by name: a [`Template`] that scenes name as they name a plugin.
-#[derive(Debug, Clone)]
-pub struct HostLaw(Arc<dyn Template>);
+impl Debug for HostLaw {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("HostLaw").field(&self.name()).finish()
+    }
+}
 
 impl HostLaw {
-    /// Of `template`, under the name in its descriptor.
+    /// Under the name in `descriptor`, which has the species, parameters with their defaults and signals read. `digest` is a
+    /// hash of all that rates depend on: a run is resumed only with the same. `instantiate` makes an instance with values of the
+    /// parameters, in the order of the descriptor.
     #[must_use]
-    pub fn new(template: Arc<dyn Template>) -> Self {
-        Self(template)
+    pub fn new(
+        descriptor: Arc<Descriptor>,
+        digest: String,
+        instantiate: impl Fn(Vec<f64>) -> Arc<dyn Kinetics> + Send + Sync + 'static,
+    ) -> Self {
+        Self { descriptor, digest, instantiate: Arc::new(instantiate) }
     }
 
     /// The name that scenes give as `plugin`.
     #[must_use]
     pub fn name(&self) -> &str {
-        &self.0.descriptor().name
+        &self.descriptor.name
     }
 
     /// What the law says about itself.
     #[must_use]
     pub fn descriptor(&self) -> &Descriptor {
-        self.0.descriptor()
+        &self.descriptor
     }
 
     /// Hash of all that rates depend on.
     #[must_use]
     pub fn digest(&self) -> &str {
-        self.0.digest()
+        &self.digest
     }
 
     /// The law with these parameters; those not given take their defaults.
@@ -55,7 +62,7 @@ impl HostLaw {
         &self,
         given: &BTreeMap<String, f64>,
     ) -> Result<Arc<dyn Kinetics>, KineticsError> {
-        Ok(self.0.with(parameters::resolve(self.0.descriptor(), given)?))
+        Ok((self.instantiate)(parameters::resolve(&self.descriptor, given)?))
     }
 }
 

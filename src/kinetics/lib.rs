@@ -39,7 +39,7 @@ pub use descriptor::{
 };
 pub use error::KineticsError;
 pub use feedback::Feedback;
-pub use host_law::{HostLaw, Template};
+pub use host_law::HostLaw;
 pub use library::{Library, PluginKinetics};
 pub use quantity::Quantity;
 pub use rumple_plugin_abi::C_HEADER;
@@ -106,15 +106,6 @@ pub trait Kinetics: Send + Sync + std::fmt::Debug {
         _found: &mut TimeDependence,
     ) -> bool {
         !self.descriptor().signals.iter().any(|read| read.signal == Signal::Time)
-    }
-
-    /// The same law without columns of parameters: where parameters differ from point to point, it makes an instance
-    /// for every set of values, to compare with. Provided: `None`, for laws that cannot overlook such columns.
-    ///
-    /// # Errors
-    /// If no instance can be made.
-    fn with_parameters_as_instances(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
-        Ok(None)
     }
 
     /// What messages call the law that gives bad numbers for a quantity in this batch. Provided: this one.

@@ -8,7 +8,6 @@
 #![allow(unsafe_code)]
 
 mod call;
-mod inputs;
 mod instance;
 mod read;
 

@@ -16,8 +16,11 @@ mod work;
 pub use work::{Spent, Work};
 
 use std::sync::atomic::{AtomicI64, AtomicU64, Ordering::Relaxed};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
+
+/// Most names of counts of one meter.
+const MOST_COUNTS: usize = 10;
 
 /// Of brief pieces one in so many is timed.
 const SAMPLE_INTERVAL: u64 = 16;
@@ -42,12 +45,18 @@ pub struct Meter(Arc<Entry>);
 struct Entry {
     group: &'static str,
     name: String,
-    labels: &'static [&'static str],
-    counts: Vec<AtomicU64>,
+    counts: [Count; MOST_COUNTS],
     /// Brief pieces since one was timed.
     untimed: AtomicU64,
     own: Nanoseconds,
     all: Arc<Nanoseconds>,
+}
+
+/// How often something was done; free until it is first done.
+#[derive(Debug, Default)]
+struct Count {
+    what: OnceLock<&'static str>,
+    times: AtomicU64,
 }
 
 impl Entry {
@@ -80,17 +89,16 @@ pub struct Cost {
 }
 
 impl Tally {
-    /// The meter called `name` of a group; made when it is first asked for, with these names of counts.
+    /// The meter called `name` of a group; made when it is first asked for.
     #[must_use]
-    pub fn meter(&self, group: &'static str, name: &str, labels: &'static [&'static str]) -> Meter {
+    pub fn meter(&self, group: &'static str, name: &str) -> Meter {
         let mut meters = self.meters.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = meters.iter().find(|m| m.0.group == group && m.0.name == name) {
             return known.clone();
         }
-        let counts = labels.iter().map(|_| AtomicU64::new(0)).collect();
-        let (own, all) = (Nanoseconds::default(), Arc::clone(&self.all));
-        let (name, untimed) = (name.to_owned(), AtomicU64::default());
-        let made = Meter(Arc::new(Entry { group, name, labels, counts, untimed, own, all }));
+        let (counts, untimed, own) = Default::default();
+        let (name, all) = (name.to_owned(), Arc::clone(&self.all));
+        let made = Meter(Arc::new(Entry { group, name, counts, untimed, own, all }));
         meters.push(made.clone());
         made
     }
@@ -123,19 +131,11 @@ impl Tally {
 }
 
 impl Meter {
-    /// Counts one piece of work, number `what` of the meter's names, and times it until the scope is
-    /// dropped.
+    /// Counts one piece of the work called `what`, and times it until the scope is dropped.
     #[must_use = "the work ends where the scope is dropped"]
-    pub fn scope(&self, what: usize) -> Scope {
+    pub fn scope(&self, what: &'static str) -> Scope {
         self.count(what);
         self.uncounted_scope()
-    }
-
-    /// The same for work that is as brief as two readings of the clock: one piece in sixteen is timed, for all.
-    #[must_use = "the work ends where the scope is dropped"]
-    pub fn sampled_scope(&self, what: usize) -> Scope {
-        self.count(what);
-        self.begin(self.0.sample())
     }
 
     /// The same for work that is not counted: what is made once and kept.
@@ -144,15 +144,24 @@ impl Meter {
         self.begin(1)
     }
 
+    /// The same for work that is as brief as two readings of the clock: one piece in sixteen is timed, for all, and none is
+    /// counted.
+    #[must_use = "the work ends where the scope is dropped"]
+    pub fn sampled_scope(&self) -> Scope {
+        self.begin(self.0.sample())
+    }
+
     fn begin(&self, weight: i64) -> Scope {
         let began = (weight > 0).then(Instant::now);
         Scope { within: self.0.all.load(Relaxed), weight, began, meter: self.clone() }
     }
 
     /// Counts one piece of work that is not timed.
-    pub fn count(&self, what: usize) {
-        if let Some(count) = self.0.counts.get(what) {
-            count.fetch_add(1, Relaxed);
+    pub fn count(&self, what: &'static str) {
+        let count = self.0.counts.iter().find(|count| *count.what.get_or_init(|| what) == what);
+        debug_assert!(count.is_some(), "more than {MOST_COUNTS} names of counts");
+        if let Some(count) = count {
+            count.times.fetch_add(1, Relaxed);
         }
     }
 
@@ -168,11 +177,12 @@ impl Meter {
     }
 
     fn cost(&self) -> Cost {
-        let Entry { group, name, labels, counts, own, .. } = &*self.0;
+        let Entry { group, name, counts, own, .. } = &*self.0;
+        let known = |count: &Count| Some((*count.what.get()?, count.times.load(Relaxed)));
         Cost {
             group,
             name: name.clone(),
-            counts: labels.iter().zip(counts).map(|(l, c)| (*l, c.load(Relaxed))).collect(),
+            counts: counts.iter().filter_map(known).collect(),
             time: Duration::from_nanos(own.load(Relaxed).max(0).cast_unsigned()),
         }
     }

@@ -22,7 +22,7 @@ use super::{OutputError, ResultDirectory, atomic};
 
 /// Version of the format, and the program that writes it: another one computes other bits.
 const WRITER: &str =
-    concat!("rumple checkpoint 7, by rumple ", env!("CARGO_PKG_VERSION"), ", little-endian");
+    concat!("rumple checkpoint 8, by rumple ", env!("CARGO_PKG_VERSION"), ", little-endian");
 const HEADER: usize = 64;
 const HASH: usize = 32;
 

@@ -246,7 +246,7 @@ impl Checkpoints {
             held: None,
             asked,
             failed: 0,
-            meter: simulation.model().tally().meter("output", "checkpoints", &["made or written"]),
+            meter: simulation.model().tally().meter("output", "checkpoints"),
         };
         made.passes(simulation.stepper.state.time);
         Ok(made)
@@ -300,7 +300,7 @@ impl Checkpoints {
 
     /// Makes one in memory, where that is possible.
     fn hold(&mut self, simulation: &Simulation, results: impl FnOnce() -> ResultsSoFar) {
-        let _scope = self.meter.scope(0);
+        let _scope = self.meter.scope("made or written");
         let at = Instant::now();
         if simulation.stepper.integrator.is_storable() {
             let checkpoint = Checkpoint::with(self.fingerprint.clone(), simulation, results());
@@ -312,7 +312,7 @@ impl Checkpoints {
     /// Writes the one in memory; a run does not end because that is not possible.
     fn write(&mut self, progress: &mut Progress) {
         let Some(held) = self.held.as_mut().filter(|held| !held.written) else { return };
-        let _scope = self.meter.scope(0);
+        let _scope = self.meter.scope("made or written");
         let began = Instant::now();
         match self.files.write(&Record::encode(&held.checkpoint)) {
             Ok(_) => held.written = true,

@@ -1,15 +1,12 @@
 //! What a scene is allowed to say and would make results other than its author means: reported before a run.
 
-use std::sync::Arc;
-
 use super::{Result, Simulation};
 use crate::Stepper;
 use crate::effects::MaterialField;
 use crate::geometry::face_areas;
-use crate::kinetics::Kinetics;
 use crate::model::{Chemistry, Drag, Model, Policy, Potential, State};
 use crate::num::Short;
-use crate::scene::{Scene, SheetSource};
+use crate::scene::Scene;
 use crate::sheet::Sheet;
 use crate::solve::equilibrium::{FELT_LOAD_RATIO, ForceTolerance, largest_load};
 use crate::solve::{Workspace, diagnosis};
@@ -23,10 +20,6 @@ const MAX_THICKNESS_RATIO: f64 = 0.1;
 /// The triangles of a disc cover it but for this factor of the radius.
 const DISC_RADIUS_FACTOR: f64 = 1.02;
 
-/// Energies below this, in units of the force at unit strain times the size, are those of a plane in numbers of 32
-/// bits.
-const ROUND_OFF: f64 = 1e-9;
-
 /// Inspects the scene and its sheet.
 pub(super) fn on_scene(
     scene: &Scene,
@@ -34,8 +27,6 @@ pub(super) fn on_scene(
     material: Option<&MaterialField>,
     notes: &mut Vec<String>,
 ) {
-    let names: Vec<String> = scene.effects.iter().map(|effect| effect.name()).collect();
-    on_adhesion(scene, &names, notes);
     if scene.time.span.stabilisation.is_some() && scene.time.policy != Policy::QuasiStatic {
         notes.push(format!(
             "time.stabilisation has no effect under the policy {}: it is for quasi-static shapes",
@@ -61,21 +52,6 @@ pub(super) fn on_scene(
             Short(thickness),
             thickness / radius
         ));
-    }
-}
-
-/// Inspects adhesion that pulls surfaces together where no effect keeps them apart; `names` are those of the effects.
-fn on_adhesion(scene: &Scene, names: &[String], notes: &mut Vec<String>) {
-    for number in (0..names.len()).filter(|k| names[*k] == "adhesion") {
-        let (to, missing, what) = match scene.written(&format!("effect[{number}].to")) {
-            Some(_) => ("a body", "obstacle", "the sheet may pass into it"),
-            None => ("the sheet itself", "contact", "surfaces may pass through one another"),
-        };
-        if !names.iter().any(|name| name == missing) {
-            notes.push(format!(
-                "effect[{number}] (adhesion) pulls the sheet to {to}, and nothing keeps them apart: {what}; list kind = \"{missing}\" as well"
-            ));
-        }
     }
 }
 
@@ -129,10 +105,11 @@ pub(super) fn on_loads(
     ));
 }
 
-/// Inspects a law that gives what no effect of `scene` reads.
-pub(super) fn on_law(scene: &Scene, law: &dyn Kinetics, notes: &mut Vec<String>) {
-    let bends = scene.effects.iter().any(|effect| effect.name() == "bending");
-    if law.descriptor().capabilities.curvature && !bends {
+/// Inspects a law that gives what no energy reads.
+pub(super) fn on_law(model: &Model, notes: &mut Vec<String>) {
+    let given = |chemistry: &Chemistry| chemistry.descriptor().capabilities.curvature;
+    let read = model.mechanics().terms().iter().any(|term| term.reads().curvature);
+    if model.chemistry().is_some_and(given) && !read {
         notes.push(
             "the law gives a spontaneous curvature, and no effect bends: it does nothing".into(),
         );
@@ -157,28 +134,6 @@ pub(super) fn on_stability(scene: &Scene, workspace: &Workspace, notes: &mut Vec
              that it reaches; sheet.imperfection breaks symmetries"
                 .into(),
         );
-    }
-}
-
-/// Inspects a rest shape that is read from a file: where bending is at rest in another, as in the plane, it is under
-/// stress from the start.
-pub(super) fn on_rest_shape(scene: &Scene, potential: &mut Potential, notes: &mut Vec<String>) {
-    if !matches!(scene.sheet.source, SheetSource::File { .. }) {
-        return;
-    }
-    let sheet = Arc::clone(potential.sheet());
-    let energies = potential.energies(sheet.rest());
-    let mechanics = Arc::clone(potential.mechanics());
-    let bending = mechanics.names().zip(energies).filter(|(name, _)| name.starts_with("bending"));
-    let energy: f64 = bending.map(|(_, energy)| energy).sum();
-    let unit =
-        potential.force_scale() * face_areas(&sheet, sheet.rest()).iter().sum::<f64>().sqrt();
-    if energy > ROUND_OFF * unit {
-        notes.push(format!(
-            "warning: the shape of sheet.file is not free of stress: bending has the energy {energy:.4e} at the \
-             start, because its rest shape is another (lengths are at rest as they are); without loads the sheet \
-             moves. With bending.rest = \"mesh\" it is at rest in that shape"
-        ));
     }
 }
 

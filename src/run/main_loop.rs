@@ -179,7 +179,7 @@ impl<'a> MainLoop<'a> {
         let (pairs, moved) = first.relaxation.separated;
         if pairs > 0 {
             self.note(&format!(
-                "contact: {pairs} pairs of the start crossed or were too near, and were moved apart by at most {moved:.3e}"
+                "{pairs} pairs of features of the start crossed or were too near, and were moved apart by at most {moved:.3e}"
             ));
         }
         first.work = self.simulation.spent().work;

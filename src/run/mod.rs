@@ -47,7 +47,6 @@ mod warnings;
 pub use checkpoint::Checkpoint;
 pub use costs::Costs;
 pub use error::{Error, Result};
-pub use explain::Explanation;
 pub use fields::Fields;
 pub use invariants::BrokenInvariant;
 pub use ledger_row::StepInfo;

@@ -55,7 +55,7 @@ impl LedgerRows {
 impl Observer for LedgerRows {
     fn observe(&mut self, at: &mut Evaluation<'_>, info: &StepInfo<'_>) -> Result<()> {
         if info.new {
-            let _scope = at.model().tally().meter("output", "ledger", &["rows"]).scope(0);
+            let _scope = at.model().tally().meter("output", "ledger").scope("rows");
             let row = ledger_row::row(at, info, &mut self.shape)?;
             if let Some(ledger) = &mut self.ledger {
                 ledger.append(&row)?;
@@ -112,7 +112,7 @@ impl Frames {
 impl Observer for Frames {
     fn observe(&mut self, at: &mut Evaluation<'_>, info: &StepInfo<'_>) -> Result<()> {
         if info.frame && self.series.times().last() != Some(&at.state().time) {
-            let _scope = at.model().tally().meter("output", "frames", &["frames"]).scope(0);
+            let _scope = at.model().tally().meter("output", "frames").scope("frames");
             let frame = self.fields.frame(at)?;
             let sheet = at.model().sheet();
             match sheet.reduction().distribution() {

@@ -1,19 +1,15 @@
 //! Whether a sheet passes through itself: pairs of triangles that cross, and closed sheets turned inside out, looked
-//! for at every frame and at the end of a run. Without the effect `contact` a sheet does not feel itself, and such shapes are no results.
-//! Nor are those inside of an obstacle, where pins win.
+//! for at every frame and at the end of a run: such shapes are no results. Nor are those inside of a body, where pins win.
 
 use super::observe::Observer;
 use super::{Result, Simulation, StepInfo};
 use crate::Vec3;
+use crate::effects::NO_CROSSINGS_ADVICE;
 use crate::geometry::Crossings;
 use crate::model::Evaluation;
 use crate::num::Short;
 use crate::output::SelfIntersection;
 use crate::sheet::{Sheet, is_turned};
-
-/// What helps, in words.
-const ADVICE: &str = "without the effect `contact` a sheet does not feel itself, and results from here on are not those \
-    of one; `invariants.crossings = 0` ends a run there";
 
 /// Looks for self-intersection at output times and at the end of a run.
 #[derive(Debug, Default)]
@@ -22,7 +18,7 @@ pub(super) struct Intersections {
     /// What is to be said of it, once in a run.
     news: Option<String>,
     told: bool,
-    /// Whether it was said that the sheet is inside of an obstacle.
+    /// Whether it was said that the sheet is inside of a body.
     entered: bool,
 }
 
@@ -45,15 +41,18 @@ impl Observer for Intersections {
         if !info.frame || !at.model().moves() || spread {
             return Ok(());
         }
-        let _scope = at.model().tally().meter("output", "self-intersection", &["shapes"]).scope(0);
+        let _scope = at.model().tally().meter("output", "self-intersection").scope("shapes");
         let (sheet, state) = (at.model().sheet(), at.state());
         let (found, place) = find(sheet, &state.x);
         self.last = Some(found);
         if let Some(words) = found.words().filter(|_| !self.told) {
             self.told = true;
             let time = Short(state.time);
-            self.news = Some(format!("warning: time {time}: {words}{place}; {ADVICE}"));
-        } else if let Some(words) = inside_obstacle(at)?.filter(|_| !self.entered) {
+            self.news = Some(format!(
+                "warning: time {time}: {words}{place}; results from here on are not those of a sheet; {NO_CROSSINGS_ADVICE}; \
+                 `invariants.crossings = 0` ends a run there"
+            ));
+        } else if let Some(words) = inside_body(at)?.filter(|_| !self.entered) {
             self.entered = true;
             self.news = Some(format!("warning: time {}: {words}", Short(at.state().time)));
         }
@@ -61,8 +60,8 @@ impl Observer for Intersections {
     }
 }
 
-/// What there is to be said of a sheet that is inside of an obstacle.
-fn inside_obstacle(at: &mut Evaluation<'_>) -> Result<Option<String>> {
+/// What there is to be said of a sheet that is inside of a body.
+fn inside_body(at: &mut Evaluation<'_>) -> Result<Option<String>> {
     let (model, x) = (at.model(), at.state().x.clone());
     for k in model.mechanics().contacts() {
         let depth = at.potential()?.touching(k, &x).map_or(0.0, |touching| -touching.gap);
@@ -70,7 +69,7 @@ fn inside_obstacle(at: &mut Evaluation<'_>) -> Result<Option<String>> {
             let name = model.mechanics().names().nth(k).unwrap_or_default();
             let depth = format!("{depth:.2e}");
             return Ok(Some(format!(
-                "the sheet is inside of the {name} by up to {depth}: pins, or another obstacle, hold it there, or it started there"
+                "the sheet is inside of the {name} by up to {depth}: pins, or another body, hold it there, or it started there"
             )));
         }
     }

@@ -15,6 +15,7 @@ use super::{
 use crate::Stepper;
 use crate::effects::{
     Effect, EffectContext, EffectError, EffectParts, EffectSpec, MaterialField, ReadSurface,
+    SceneSummary,
 };
 use crate::geometry::face_areas;
 use crate::kinetics::{Kinetics, Location, PluginSearch, Signal};
@@ -147,9 +148,6 @@ fn set_up(
     let laws = laws::load(scene, search, &mut notes)?;
     let kinetics = laws.as_ref().map(|laws| laws.kinetics.as_ref());
     check_point(scene, kinetics)?;
-    if let Some(law) = kinetics {
-        lints::on_law(scene, law, &mut notes);
-    }
     if scene.sheet.planar {
         planar::note_curvature_signals(kinetics, &mut notes);
     }
@@ -163,7 +161,7 @@ fn set_up(
     let invariants = Invariants::new(scene, &mut stepper)?;
     let tally = stepper.model().tally();
     let known: Duration = tally.costs().into_iter().map(|cost| cost.time).sum();
-    tally.meter("preparation", "setup", &[]).add(began.elapsed().saturating_sub(known));
+    tally.meter("preparation", "setup").add(began.elapsed().saturating_sub(known));
     let (plugins, host_law) = laws.map(|laws| (laws.files, laws.host_law)).unwrap_or_default();
     let mut simulation = Simulation {
         stepper,
@@ -297,11 +295,19 @@ fn bound(
     notes: &mut Vec<String>,
 ) -> Result<(Stepper, Vec<EffectParts>)> {
     let mut parts = Vec::new();
+    let names: Vec<String> = scene.effects.iter().map(|effect| effect.name()).collect();
+    let sheet_file = matches!(scene.sheet.source, SheetSource::File { .. });
+    let summary = SceneSummary { effects: &names, sheet_file };
     let mut on_effect =
         |number: usize, spec: &dyn EffectSpec, context: &EffectContext<'_>, effect: &Effect| {
             parts.push(effect.parts());
-            let said = spec.notes(context).into_iter();
-            notes.extend(said.map(|said| format!("effect[{number}] ({}): {said}", spec.name())));
+            notes.extend(spec.notes(context, &summary).into_iter().map(|said| {
+                let (label, said) = match said.strip_prefix("warning: ") {
+                    Some(said) => ("warning: ", said),
+                    None => ("", said.as_str()),
+                };
+                format!("{label}effect[{number}] ({}): {said}", spec.name())
+            }));
             for term in &effect.energies {
                 scale_checks::check_load(number, term, context.material)?;
             }
@@ -335,6 +341,7 @@ fn placed(scene: &Scene, error: &ProblemError) -> Error {
 
 /// Notes on what holds, loads and damps the sheet.
 fn note_model(scene: &Scene, model: &Model, notes: &mut Vec<String>) -> Result<()> {
+    lints::on_law(model, notes);
     let mechanics = model.mechanics();
     if mechanics.is_empty() {
         if scene.stability.as_ref().is_some_and(|s| s.watch) {
@@ -347,7 +354,6 @@ fn note_model(scene: &Scene, model: &Model, notes: &mut Vec<String>) -> Result<(
     if mechanics.is_planar() {
         planar::note_forces(&mut potential, notes);
     }
-    lints::on_rest_shape(scene, &mut potential, notes);
     let tolerance = scene.equilibrium.tolerance();
     lints::on_loads(&mut potential, tolerance, notes);
     if scene.time.policy.storage().mechanics > 0.0 {

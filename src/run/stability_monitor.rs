@@ -108,7 +108,7 @@ impl StabilityMonitor {
     ) -> Result<f64> {
         let under_way = self.is_under_way(simulation, report);
         let tally = simulation.model().tally();
-        let _scope = tally.meter("solver", "stability analysis", &["shapes"]).scope(0);
+        let _scope = tally.meter("solver", "stability analysis").scope("shapes");
         let (seen, spent) = simulation.spend(|s| match under_way {
             true => Ok(self.count(s, to.1)?.map_or(f64::NAN, |i| crate::num::real(i.negative))),
             false => self.inspect(s, &mut report.relaxation, to),

@@ -20,9 +20,6 @@ pub struct InvariantsSpec {
     /// Net force and torque of a free sheet, relative to the sum of their sizes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub force: Option<Bound>,
-    /// Sum of the angle defects less 2πχ, radians.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub gauss_bonnet: Option<Bound>,
     /// Pairs of triangles that cross.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub crossings: Option<Bound>,
@@ -38,7 +35,6 @@ impl Default for InvariantsSpec {
             every: AtLeast::LEAST,
             energy: None,
             force: None,
-            gauss_bonnet: None,
             crossings: None,
             totals: BTreeMap::new(),
         }

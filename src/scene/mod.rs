@@ -54,6 +54,7 @@ pub use crate::scene::kinetics::SpeciesSpec;
 
 use self::error::Origin;
 use self::sections::Sections;
+pub use self::source::OVER;
 use crate::document::{Segment, Value, read};
 
 /// Tables of a scene.
@@ -107,23 +108,14 @@ impl Scene {
     /// # Errors
     /// The file cannot be read, or is not a valid scene; all that was found wrong, with places.
     pub fn load(path: &Path, overrides: &[String]) -> Result<Self, SceneError> {
-        Self::varied(path, overrides, &[])
+        Self::varied(path, overrides, &[], OVER)
     }
 
-    /// [`Scene::load`] with a second group of overrides, which errors call `--over`: what a member of a
-    /// sweep changes.
+    /// [`Scene::load`] with a second group of overrides, which errors call `option`: what a member of a sweep changes.
     ///
     /// # Errors
     /// As for [`Scene::load`].
-    pub fn varied(path: &Path, set: &[String], over: &[String]) -> Result<Self, SceneError> {
-        Self::varied_by(path, set, over, source::OVER)
-    }
-
-    /// [`Scene::varied`] with the option that errors say gives the second group.
-    ///
-    /// # Errors
-    /// As for [`Scene::load`].
-    pub(crate) fn varied_by(
+    pub fn varied(
         path: &Path,
         set: &[String],
         over: &[String],
@@ -143,7 +135,7 @@ impl Scene {
     /// # Errors
     /// `text` is not a valid scene; all that was found wrong, with places.
     pub fn parse(text: &str, name: &str, overrides: &[String]) -> Result<Self, SceneError> {
-        let (root, (origin, _)) = source::document(text, name, overrides, (&[], source::OVER))?;
+        let (root, (origin, _)) = source::document(text, name, overrides, (&[], OVER))?;
         check(root, origin)
     }
 
@@ -153,18 +145,6 @@ impl Scene {
     /// # Errors
     /// The file cannot be read or is not TOML, or an override cannot be applied.
     pub fn overridden_keys(
-        path: &Path,
-        set: &[String],
-        over: &[String],
-    ) -> Result<Vec<String>, SceneError> {
-        Self::overridden_keys_by(path, set, over, source::OVER)
-    }
-
-    /// [`Scene::overridden_keys`] with the option that errors say gives the second group.
-    ///
-    /// # Errors
-    /// As for [`Scene::overridden_keys`].
-    pub(crate) fn overridden_keys_by(
         path: &Path,
         set: &[String],
         over: &[String],

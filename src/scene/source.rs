@@ -55,7 +55,7 @@ pub(super) fn read(path: &Path) -> Result<String, SceneError> {
 }
 
 /// The option that a second group of overrides comes from, if nothing else is said.
-pub(super) const OVER: &str = "--over";
+pub const OVER: &str = "--over";
 
 /// A second group of overrides, and the option that they come from.
 pub(super) type Others<'a> = (&'a [String], &'static str);

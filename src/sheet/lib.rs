@@ -9,7 +9,6 @@ pub mod partition;
 mod periodic;
 pub mod quality;
 pub mod read;
-pub mod repair;
 mod surface;
 mod topology;
 pub mod write;

@@ -164,7 +164,7 @@ impl Sheet {
     /// # Errors
     /// Vertices out of range or repeated in a triangle, edges with more than two triangles, and
     /// neighbours of opposite orientation. (Zero areas, duplicates and the like are the business
-    /// of the mesh checks, which also propose repairs.)
+    /// of the mesh checks.)
     pub fn new(rest: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Result<Self, SheetError> {
         let n = rest.len();
         if n >= u32::MAX as usize || triangles.len() >= (u32::MAX / 3) as usize {

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! plan      Axis, Plan, Member              which members there are: scene, overrides, directory, fingerprint
-//! run       run, Pool, slurm, RankJob      one member; members as child processes or as an array job; a run over ranks
+//! run       run, Pool                      one member; members as child processes
 //! gather    MemberResults, Norm, Measures  how members stand, their results, their distances from one another
 //! draw                                     tables, plots against time, cost or a key
 //! sweep     a row of measures a member     compare   distances from the first     accuracy   errors against references
@@ -14,15 +14,15 @@ pub mod compare;
 pub(crate) mod directory;
 pub(crate) mod draw;
 pub mod gather;
-mod page;
 pub mod plan;
+mod purpose;
 pub mod refinement;
 pub mod run;
 pub mod sweep;
 mod timescales;
 
 pub use gather::{Difference, Distance, Measures, Norm, measure};
-pub use page::{Page, Purpose};
+pub use purpose::Purpose;
 pub use timescales::Timescales;
 
 use std::fs;
@@ -31,8 +31,20 @@ use std::path::Path;
 
 use serde::{Serialize, de::DeserializeOwned};
 
+use crate::output::plot::Block;
 use crate::output::{OutputError, atomic};
 use crate::run::{Error, Result};
+
+/// What a study shows.
+#[derive(Debug)]
+pub struct Page {
+    /// Paragraphs, tables and plots.
+    pub blocks: Vec<Block>,
+    /// Names and texts of files.
+    pub files: Vec<(&'static str, String)>,
+    /// What is printed.
+    pub said: String,
+}
 
 /// Reads the JSON file `path` that a `writer` wrote; none if it does not exist.
 fn read_document<T: DeserializeOwned>(path: &Path, writer: &str) -> Result<Option<T>> {

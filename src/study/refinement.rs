@@ -12,7 +12,6 @@ use std::fmt;
 
 use super::gather::{MemberResults, MemberStatus, Statistics};
 use super::plan::{Axis, Plan};
-use super::sweep::{Column, selected};
 use crate::num::real;
 use crate::output::plot::label;
 
@@ -48,6 +47,22 @@ pub fn meshes(axis: &Axis) -> Option<Vec<(usize, f64)>> {
     meshes.sort_by(|a, b| a.1.total_cmp(&b.1));
     Some(meshes)
 }
+
+/// A column of numbers.
+pub(super) struct Column<'a> {
+    /// Its title, with the unit.
+    pub(super) title: &'a str,
+    /// The number of a member.
+    pub(super) of: BoxedNumberOf<'a>,
+}
+
+/// The numbers in `at` of the axes that are kept.
+pub(super) fn selected(at: &[usize], kept: impl Fn(usize) -> bool) -> Vec<usize> {
+    at.iter().enumerate().filter(|(k, _)| kept(*k)).map(|(_, at)| *at).collect()
+}
+
+/// The same, of a column that the species name.
+pub(super) type BoxedNumberOf<'a> = Box<dyn Fn(&MemberResults) -> Option<f64> + 'a>;
 
 /// What a measure does as the mesh is refined.
 #[derive(Debug, Clone, Copy, PartialEq)]

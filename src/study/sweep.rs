@@ -7,7 +7,6 @@
 //! DIR/statistics.csv          mean and standard deviation over the seeds
 //! DIR/refinement.csv          measures on ever finer meshes
 //! DIR/plots.json              the tables, and plots of the measures against each key, for the viewer
-//! DIR/sweep.sbatch, slurm/    an array job and what its tasks print
 //! ```
 //!
 //! The members are planned, run and gathered as those of any [study](super); here are the table with one row a
@@ -22,6 +21,7 @@ use super::draw::table;
 use super::draw::table::{csv_table, number, work_cells, work_titles};
 use super::gather::{Measures, MemberResults, MemberStatus, Statistics};
 use super::plan::{Axis, Plan};
+use super::refinement::{Column, selected};
 use super::{Page, extent, refinement, write_files};
 use crate::num::real;
 use crate::output::SelfIntersection;
@@ -73,9 +73,6 @@ pub(super) fn page(plan: &Plan, members: &[MemberResults]) -> Page {
 
 /// A number of a member; none where there is none.
 type NumberOf = fn(&MemberResults) -> Option<f64>;
-/// The same, of a column that the species name.
-pub(super) type BoxedNumberOf<'a> = Box<dyn Fn(&MemberResults) -> Option<f64> + 'a>;
-
 fn last(found: &MemberResults) -> Option<&Measures> {
     found.measures.last()
 }
@@ -102,14 +99,6 @@ const COSTS: [(&str, NumberOf); 3] = [
     ("memory [MB]", |f| f.peak_resident_megabytes()),
     ("steps", |f| Some(real(usize::try_from(f.work?.steps).ok()?))),
 ];
-
-/// A column of numbers.
-pub(super) struct Column<'a> {
-    /// Its title, with the unit.
-    pub(super) title: &'a str,
-    /// The number of a member.
-    pub(super) of: BoxedNumberOf<'a>,
-}
 
 /// Those that converge as a mesh is refined: results but for the time reached and widths in edges.
 fn measures(members: &[MemberResults]) -> Vec<Column<'_>> {
@@ -259,11 +248,6 @@ fn resolution_notes(found: &MemberResults) -> impl Iterator<Item = String> {
     let of = |width: fn(&Measures) -> Option<f64>| last(found).and_then(width);
     let words = resolution_words(of(|m| m.width), of(|m| m.wrinkle_width));
     words.map(|words| format!("{}: {words}", found.name))
-}
-
-/// The numbers in `at` of the axes that are kept.
-pub(super) fn selected(at: &[usize], kept: impl Fn(usize) -> bool) -> Vec<usize> {
-    at.iter().enumerate().filter(|(k, _)| kept(*k)).map(|(_, at)| *at).collect()
 }
 
 /// The values of a member's keys, and its status.

@@ -3,6 +3,7 @@
 //! ```text
 //! page      one HTML file: style and script (src/view/page), data as base64, everything else as JSON
 //! picture   PNG and movies, by the page in a browser
+//! programs  the browser, and ffmpeg
 //! runs      which runs a directory holds: one, or the members of a study
 //! sheet     frames of one run: which are shown, positions and fields with 16 bits
 //! ledger    columns of the ledger
@@ -18,12 +19,14 @@ mod blocks;
 mod ledger;
 mod page;
 pub mod picture;
+mod programs;
 mod record;
 mod runs;
 mod sheet;
 pub mod watch;
 
 pub use page::{Options, Page};
+pub use programs::NamedProgram;
 
 use std::path::{Path, PathBuf};
 

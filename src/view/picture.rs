@@ -8,7 +8,7 @@ use std::env;
 use std::ffi::OsStr;
 use std::fs;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use base64::Engine;
@@ -17,20 +17,11 @@ use image::codecs::gif::{GifEncoder, Repeat};
 use image::{Delay, Frame, ImageError};
 use serde::{Deserialize, Serialize};
 
+use super::programs::{NamedProgram, browser, ffmpeg};
 use super::{Options, page, runs};
 use crate::output::{Inputs, ResultFile};
 use crate::run::{Error, Result};
 
-/// Names of browsers that take the options of Chromium.
-const BROWSERS: [&str; 7] = [
-    "chromium",
-    "chromium-browser",
-    "google-chrome",
-    "google-chrome-stable",
-    "chrome",
-    "microsoft-edge",
-    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
-];
 /// Most bytes of the page of a picture: what a browser holds.
 const MOST_BYTES: usize = 300_000_000;
 /// How long the last picture of a GIF stays, ms.
@@ -60,6 +51,12 @@ pub struct DrawingOptions {
     pub edges: bool,
     /// Whether the sheet is shaded.
     pub light: bool,
+    /// The browser that draws, unless RUMPLE_BROWSER names one.
+    #[serde(skip)]
+    pub browser: Option<NamedProgram>,
+    /// The program that encodes movies, unless RUMPLE_FFMPEG names one.
+    #[serde(skip)]
+    pub ffmpeg: Option<NamedProgram>,
 }
 
 impl Default for DrawingOptions {
@@ -74,6 +71,8 @@ impl Default for DrawingOptions {
             title: String::new(),
             edges: false,
             light: true,
+            browser: None,
+            ffmpeg: None,
         }
     }
 }
@@ -200,14 +199,12 @@ pub fn movie(
     }
     let kind = extension(path, &["gif", "mp4", "webm"])?;
     let file = ResultFile::new(path, force, &Inputs::default())?;
-    if kind != "gif" {
-        ffmpeg(kind)?;
-    }
+    let encoder = (kind != "gif").then(|| ffmpeg(kind, drawing.ffmpeg.as_ref())).transpose()?;
     let wanted = Wanted { drawing, movie: true, time: None };
     let pictures = drawn(root, path, frames, &wanted)?;
-    let bytes = match kind {
-        "gif" => gif(&pictures, rate).map_err(|error| refused(path, &error.to_string()))?,
-        _ => encoded(&pictures, rate, (path, kind))?,
+    let bytes = match encoder {
+        None => gif(&pictures, rate).map_err(|error| refused(path, &error.to_string()))?,
+        Some(program) => encoded(&program, &pictures, rate, (path, kind))?,
     };
     file.write(|writer| writer.write_all(&bytes))?;
     Ok(pictures.len())
@@ -233,7 +230,7 @@ fn drawn(
     frames: usize,
     wanted: &Wanted<'_>,
 ) -> Result<Vec<(f64, Vec<u8>)>> {
-    let browser = browser()?;
+    let browser = browser(wanted.drawing.browser.as_ref())?;
     let options = Options { frames, bytes: MOST_BYTES };
     let page = page::render(
         root,
@@ -295,46 +292,6 @@ fn dumped(browser: &Path, folder: &Path, html: &str) -> Result<Output> {
     command.stdin(Stdio::null()).output().map_err(|error| refused(browser, &error.to_string()))
 }
 
-/// A browser that draws without a window.
-fn browser() -> Result<PathBuf> {
-    if let Some(named) = named_by("RUMPLE_BROWSER")? {
-        return Ok(named);
-    }
-    BROWSERS.iter().find_map(|name| in_path(Path::new(name))).ok_or_else(|| {
-        Error::Refused(
-            "no browser draws the pictures: install Chromium or Chrome, or name one in RUMPLE_BROWSER; without one, \
-             `rumple paraview DIR` writes a macro by which ParaView draws"
-                .to_owned(),
-        )
-    })
-}
-
-/// The program that a variable of the environment names.
-fn named_by(variable: &str) -> Result<Option<PathBuf>> {
-    let Some(name) = env::var_os(variable).filter(|name| !name.is_empty()) else { return Ok(None) };
-    let missing = || Error::Refused(format!("{variable} = {}: no such program", name.display()));
-    in_path(Path::new(&name)).map(Some).ok_or_else(missing)
-}
-
-/// The program of this name.
-fn in_path(name: &Path) -> Option<PathBuf> {
-    if name.components().count() > 1 {
-        return name.is_file().then(|| name.to_owned());
-    }
-    env::split_paths(&env::var_os("PATH")?)
-        .map(|folder| folder.join(name))
-        .find(|path| path.is_file())
-}
-
-/// The program that encodes movies of this `kind`.
-fn ffmpeg(kind: &str) -> Result<PathBuf> {
-    named_by("RUMPLE_FFMPEG")?.or_else(|| in_path(Path::new("ffmpeg"))).ok_or_else(|| {
-        Error::Refused(format!(
-            ".{kind} is encoded by ffmpeg, which is not found: install it, or name it in RUMPLE_FFMPEG; .gif needs none"
-        ))
-    })
-}
-
 /// An animation that is repeated without end.
 fn gif(pictures: &[(f64, Vec<u8>)], rate: f64) -> std::result::Result<Vec<u8>, ImageError> {
     let mut bytes = Vec::new();
@@ -352,17 +309,21 @@ fn gif(pictures: &[(f64, Vec<u8>)], rate: f64) -> std::result::Result<Vec<u8>, I
     Ok(bytes)
 }
 
-/// A movie by ffmpeg.
-fn encoded(pictures: &[(f64, Vec<u8>)], rate: f64, (path, kind): (&Path, &str)) -> Result<Vec<u8>> {
-    let program = ffmpeg(kind)?;
-    let failed = |error: std::io::Error| refused(&program, &error.to_string());
+/// A movie by ffmpeg, which is `program`.
+fn encoded(
+    program: &Path,
+    pictures: &[(f64, Vec<u8>)],
+    rate: f64,
+    (path, kind): (&Path, &str),
+) -> Result<Vec<u8>> {
+    let failed = |error: std::io::Error| refused(program, &error.to_string());
     let folder = tempfile::tempdir().map_err(failed)?;
     let out = folder.path().join("movie").with_extension(kind);
     let codec: &[&str] = match kind {
         "mp4" => &["libx264", "-crf", "18", "-movflags", "+faststart"],
         _ => &["libvpx-vp9", "-crf", "24", "-b:v", "0"],
     };
-    let mut child = Command::new(&program)
+    let mut child = Command::new(program)
         .args([
             "-loglevel",
             "error",

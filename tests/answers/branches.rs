@@ -6,7 +6,7 @@ use rumple::effects::Material;
 use rumple::model::Potential;
 use rumple::sheet::{Sheet, SheetShape, generate};
 use rumple::solve::Control;
-use rumple::solve::continuation::{Continuation, Event, Family, Settings};
+use rumple::solve::continuation::{Continuation, Event, Settings};
 
 use super::known_answers::bilayer::bilayer;
 use super::known_answers::branches::{arch, column};
@@ -46,10 +46,8 @@ const BULK: f64 = 1e3;
 /// A sphere without pins around a compressible content, under the pressure of the parameter.
 struct Filled(Arc<Sheet>);
 
-impl Family for Filled {
-    type Error = Box<dyn std::error::Error>;
-
-    fn potential(&mut self, parameter: f64) -> Outcome<Potential> {
+impl Filled {
+    fn potential(&self, parameter: f64) -> Outcome<Potential> {
         let pressure = format!("kind = 'pressure'\nvalue = {:e}", -parameter);
         let volume = format!("kind = 'volume'\nstiffness = {BULK:e}");
         let effects = [SHELL_MEYER.stretching, SHELL_MEYER.bending, &pressure, &volume];
@@ -63,11 +61,13 @@ fn a_free_sphere_around_a_content_shrinks_by_lames_formula() {
     let radius = 10.0;
     let sphere = generate(&SheetShape::Sphere { radius, irregular: false }, 300, 1).unwrap();
     let sheet = Arc::new(sphere);
-    let mut family = Filled(Arc::clone(&sheet));
+    let family = Filled(Arc::clone(&sheet));
     let settings = Settings::over(0.0..=10.0, family.potential(0.0).unwrap().mechanics());
     let settings = Settings { longest_step: 0.5, ..settings };
     let start = (sheet.rest().to_vec(), 0.0);
-    let mut branch = Continuation::new(family, start, true, settings, &Control::default()).unwrap();
+    let mut branch =
+        Continuation::new(move |p| family.potential(p), start, true, settings, &Control::default())
+            .unwrap();
     let mut last = branch.point().clone();
     while !branch.has_ended() {
         let mut points = branch.advance().unwrap();
@@ -91,10 +91,8 @@ const FOUNDATION: f64 = 1.0;
 /// A disc that nothing but a foundation holds, under a load per area of the parameter.
 struct Founded(Arc<Sheet>);
 
-impl Family for Founded {
-    type Error = Box<dyn std::error::Error>;
-
-    fn potential(&mut self, parameter: f64) -> Outcome<Potential> {
+impl Founded {
+    fn potential(&self, parameter: f64) -> Outcome<Potential> {
         let foundation = format!("kind = 'foundation'\nwhere = 'all'\nstiffness = {FOUNDATION:e}");
         let load = format!(
             "kind = 'load'\nwhere = 'all'\nforce = {{ per-area = [0.0, 0.0, {parameter:e}] }}"
@@ -109,10 +107,12 @@ impl Family for Founded {
 #[test]
 fn a_branch_on_a_foundation_neither_crawls_nor_lags_behind_its_load() {
     let sheet = Arc::new(generate(&SheetShape::Disc { radius: 10.0 }, 400, 1).unwrap());
-    let mut family = Founded(Arc::clone(&sheet));
+    let family = Founded(Arc::clone(&sheet));
     let settings = Settings::over(0.0..=0.1, family.potential(0.0).unwrap().mechanics());
     let start = (sheet.rest().to_vec(), 0.0);
-    let mut branch = Continuation::new(family, start, true, settings, &Control::default()).unwrap();
+    let mut branch =
+        Continuation::new(move |p| family.potential(p), start, true, settings, &Control::default())
+            .unwrap();
     let mut count = 0;
     while !branch.has_ended() && count < 40 {
         for point in branch.advance().unwrap() {

@@ -8,9 +8,7 @@ use rumple::kinetics::PluginSearch;
 use rumple::model::{Coupled, Model, State};
 use rumple::scene::Scene;
 use rumple::solve::Control;
-use rumple::solve::continuation::{
-    Block, Continuation, Event, Point, ReactingFamily, Settings, System, Unknowns,
-};
+use rumple::solve::continuation::{Block, Continuation, Event, Point, Settings, System, Unknowns};
 
 /// The mesh of a scene in a file, which is read faster than made.
 struct Mesh(tempfile::TempDir);
@@ -47,12 +45,8 @@ impl Scenes<'_> {
         let scene = Scene::parse(&(self.text)(parameter), "branches", &[policy]).unwrap();
         Simulation::new(&scene, &PluginSearch::in_directories(Vec::new())).unwrap()
     }
-}
 
-impl ReactingFamily for Scenes<'_> {
-    type Error = rumple::run::Error;
-
-    fn model(&mut self, parameter: f64) -> Result<(Arc<Model>, f64), Self::Error> {
+    fn model(&self, parameter: f64) -> rumple::Result<(Arc<Model>, f64)> {
         Ok((Arc::clone(self.simulation(parameter).model()), 0.0))
     }
 }
@@ -66,7 +60,8 @@ fn points(scenes: Scenes<'_>, to: f64, longest_step: f64) -> Vec<Point> {
     let settings = Settings::over(to.min(0.0)..=to.max(0.0), simulation.model().mechanics());
     let settings = Settings { longest_step, tolerance: 1e-9, ..settings };
     let (start, control) = ((start, 0.0), Control::default());
-    let mut branch = Continuation::of_species(scenes, start, to > 0.0, settings, &control).unwrap();
+    let mut branch =
+        Continuation::of_species(|p| scenes.model(p), start, to > 0.0, settings, &control).unwrap();
     let mut all = vec![branch.point().clone()];
     while !branch.has_ended() && all.len() < 200 {
         all.extend(branch.advance().unwrap());
@@ -200,7 +195,8 @@ fn a_growing_strip_buckles_at_the_same_growth_under_each_policy() {
     let settings = Settings { tolerance: 1e-9, ..settings };
     let start = (still[0].at.clone(), 0.0);
     let mut branch =
-        Continuation::of_species(scenes, start, true, settings, &Control::default()).unwrap();
+        Continuation::of_species(|p| scenes.model(p), start, true, settings, &Control::default())
+            .unwrap();
     let mut bent = branch.switch(bifurcation, 0, false).unwrap();
     for _ in 0..3 {
         bent.extend(branch.advance().unwrap());

@@ -127,3 +127,43 @@ fn an_energy_that_is_no_number_is_not_at_rest_though_nothing_pulls() {
         other => panic!("{other}"),
     }
 }
+
+/// A number beyond the vertices panicked; corners far apart passed `check`, and the run panicked where it assembled them.
+#[test]
+fn elements_with_impossible_corners_are_refused_with_their_numbers() {
+    struct Spring;
+
+    impl Element<2> for Spring {
+        fn gradient(&self, [a, b]: &[Vec3; 2]) -> (f64, [Vec3; 2]) {
+            (0.5 * (b - a).norm_squared(), [a - b, b - a])
+        }
+
+        fn hessian(&self, _: &[Vec3; 2], _: HessianPart) -> [[Block; 2]; 2] {
+            let k = Block::identity();
+            [[k, -k], [-k, k]]
+        }
+    }
+
+    let sheet = irregular(6, 5, 0.2);
+    let count = u32::try_from(sheet.vertex_count()).unwrap();
+    let [a, b] = sheet.edges()[0].vertices;
+    let made = |corners| Elements::new("springs", &sheet, vec![[a, b], corners], |_, _| Spring);
+    let refused = |corners| made(corners).map(|_| ()).unwrap_err().message;
+    let edges = made(sheet.edges()[1].vertices).unwrap();
+    assert_eq!(edges.coupling(), Coupling::ONE_RING);
+    let message = refused([0, count]);
+    let expected = format!(
+        "element 1 of `springs` has the corners [0, {count}]: there is no vertex {count}, the sheet has {count}"
+    );
+    assert_eq!(message, expected);
+    assert!(refused([3, 3]).ends_with("vertex 3 twice"));
+    let far = format!("vertices 0 and {} are more than two edges apart", count - 1);
+    assert!(refused([0, count - 1]).ends_with(&far));
+    // Across an edge: neighbours of neighbours.
+    let edge = sheet.edges().iter().find(|edge| !edge.is_boundary()).unwrap();
+    let opposite = edge.triangles.map(|t| {
+        let corners = sheet.triangles()[t as usize];
+        *corners.iter().find(|v| !edge.vertices.contains(v)).unwrap()
+    });
+    assert_eq!(made(opposite).unwrap().coupling(), Coupling::TWO_RINGS);
+}

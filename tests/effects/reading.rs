@@ -39,7 +39,7 @@ impl EffectSpec for Lifted {
             let all = conditions.species(species).iter();
             all.map(|c| [Lift::Slope(-slope * k, *c)]).collect()
         };
-        let elements = Elements::new("lifting springs", context.sheet, corners.collect(), springs);
+        let elements = Elements::new("lifting springs", context.sheet, corners.collect(), springs)?;
         Ok(Effect::energy(elements.reading(species, slopes)))
     }
 }

@@ -3,26 +3,19 @@
 #include "rumple_plugin.h"
 
 #include <math.h>
-#include <pthread.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <unistd.h>
 
 enum {
-    NONE, NOT_FINITE, WRONG_DERIVATIVE, HIDDEN_STATE, MUTATED_INPUT, NOT_THREAD_SAFE, ENDLESS,
-    ABORTS, SEGFAULT, BEYOND, EXITS, UNWRITTEN, NEGATIVE_FACTOR, WRONG_FACTOR_DERIVATIVE,
-    FIELDS_IGNORED, FACTOR_UNWRITTEN, MAXIMUM_KEPT, SEGFAULT_LATE, DEEP, RAISES_FPE,
-    THREAD_FAULT, EXITS_IN_CREATE, EXITS_ON_LOAD, NOT_FINITE_ONCE, FAILS_ONCE,
-    EVERY_NTH, NARROW_NAN, QUITS, KILLED, HANGS_IN_CREATE,
+    NONE, NOT_FINITE, WRONG_DERIVATIVE, HIDDEN_STATE, MUTATED_INPUT, NOT_THREAD_SAFE,
+    ABORTS, SEGFAULT, BEYOND, UNWRITTEN, NEGATIVE_FACTOR, WRONG_FACTOR_DERIVATIVE,
+    FACTOR_UNWRITTEN, MAXIMUM_KEPT, SEGFAULT_LATE, DEEP, RAISES_FPE,
+    NOT_FINITE_ONCE, FAILS_ONCE, EVERY_NTH, NARROW_NAN,
 };
 
 /* Of the calls that come LATE. */
 enum { LATE = 400, EARLY = 60 };
-
-__attribute__((constructor)) static void load(void) {
-    if (FAULT == EXITS_ON_LOAD)
-        exit(0);
-}
 
 static const RumpleSpecies species[] = {
     {RUMPLE_STR("c"), RUMPLE_STR("1"), RUMPLE_STR("any"), 1.0, 0.0, 1.0, 0.0, RUMPLE_VERTEX}};
@@ -37,17 +30,12 @@ static const RumpleDescriptor descriptor = {
     .version = RUMPLE_STR("0.1.0"),
     RUMPLE_ARRAYS(species, parameters, signals),
     .capabilities = RUMPLE_RATES | RUMPLE_RATE_PARTIALS | RUMPLE_LENGTH_FACTOR |
-                    RUMPLE_LENGTH_FACTOR_PARTIALS |
-                    (FAULT == FIELDS_IGNORED ? RUMPLE_PARAMETER_FIELDS : 0),
+                    RUMPLE_LENGTH_FACTOR_PARTIALS,
 };
 
 static RumpleStatus create(const double *values, size_t count, void **instance,
                            RumpleReport *report) {
     (void)report;
-    if (FAULT == EXITS_IN_CREATE)
-        exit(0);
-    while (FAULT == HANGS_IN_CREATE)
-        usleep(1000);
     double *k = malloc(count * sizeof *k);
     *k = *values;
     *instance = k;
@@ -69,26 +57,12 @@ static int deep(volatile char *above) {
     return room[0] == 1 ? deep(room) + room[0] : 0;
 }
 
-static void *fault(void *nothing) {
-    *nowhere = 1;
-    return nothing;
-}
-
-/* How a call ends the process. */
-static void end(void) {
-    if (FAULT == QUITS)
-        _exit(0);
-    if (FAULT == KILLED)
-        raise(SIGKILL);
-}
-
 static RumpleStatus rates(const void *instance, const RumpleBatch *batch,
                           const RumpleColumnMut *values, RumpleReport *report) {
     const double k = *(const double *)instance;
     calls += 1.0;
     if (FAULT == FAILS_ONCE && calls == EARLY)
         return rumple_fail(report, RUMPLE_FATAL, "planted to fail");
-    end();
     for (size_t i = 0; i < batch->count; i++) {
         double c = rumple_get(batch->species[0], i), rate = -k * c;
         if (c > 0.5) {
@@ -96,8 +70,6 @@ static RumpleStatus rates(const void *instance, const RumpleBatch *batch,
                 rate = NAN;
             if (FAULT == ABORTS)
                 abort();
-            if (FAULT == EXITS)
-                exit(0);
             if (FAULT == SEGFAULT)
                 *nowhere = 1;
             if (FAULT == SEGFAULT_LATE && calls > LATE)
@@ -106,15 +78,8 @@ static RumpleStatus rates(const void *instance, const RumpleBatch *batch,
                 rate += deep(NULL);
             if (FAULT == RAISES_FPE)
                 raise(SIGFPE);
-            if (FAULT == THREAD_FAULT) {
-                pthread_t thread;
-                if (pthread_create(&thread, NULL, fault, NULL) == 0)
-                    pthread_join(thread, NULL);
-            }
             if (FAULT == MUTATED_INPUT)
                 ((double *)batch->species[0].data)[i * batch->species[0].stride] = 0.5;
-            while (FAULT == ENDLESS)
-                usleep(1000);
         }
         if (FAULT == NARROW_NAN && c > 0.25 && c < 0.253)
             rate = NAN;

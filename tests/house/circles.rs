@@ -267,30 +267,11 @@ fn roots() -> Vec<PathBuf> {
     roots.flat_map(root).filter(|root| root.is_file()).collect()
 }
 
-/// Circles that are left: a file of each.
-const LEFT: [&str; 8] = [
-    "core/effects/bending/meyer.rs",
-    "core/effects/spec.rs",
-    "core/solve/staggered.rs",
-    "kinetics/formula/names.rs",
-    "sdk/src/evaluate.rs",
-    "scene/schema/probe.rs",
-    "study/page.rs",
-    "python/src/species.rs",
-];
-
 #[test]
-fn no_more_files_of_a_crate_form_a_circle() {
+fn no_files_of_a_crate_form_a_circle() {
     let roots = roots();
     assert!(roots.len() > 15, "{roots:?}");
-    let mut found: Vec<String> = roots.iter().flat_map(|root| circles(root)).collect();
-    for left in LEFT {
-        let known = found.iter().position(|circle| circle.contains(left));
-        found
-            .remove(known.unwrap_or_else(|| {
-                panic!("{left} is in no circle any more: leave it out of LEFT")
-            }));
-    }
+    let found: Vec<String> = roots.iter().flat_map(|root| circles(root)).collect();
     assert!(found.is_empty(), "{} circles:{}", found.len(), found.concat());
 }
 

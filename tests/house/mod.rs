@@ -116,6 +116,26 @@ fn an_effect_knows_no_other_effect() {
     assert!(wrong.is_empty(), "{}", listed(&wrong));
 }
 
+/// What concerns one effect is in its file: notes, advice, diagnosis.
+#[test]
+fn runs_and_commands_know_no_effect_by_name() {
+    // A term of rates and of laws, and a measure of shapes.
+    let others = ["diffusion", "volume"];
+    let kinds = rumple::effects::kinds();
+    let kinds: Vec<_> = kinds.into_iter().filter(|kind| !others.contains(kind)).collect();
+    for (file, text) in paths::texts() {
+        if !["run/", "cli/"].iter().any(|room| file.starts_with(room)) {
+            continue;
+        }
+        for line in text.lines().filter(|line| !line.trim_start().starts_with("//")) {
+            let named = |kind: &&&str| {
+                [format!("\"{kind}\""), format!("`{kind}`")].iter().any(|k| line.contains(k))
+            };
+            assert_eq!(kinds.iter().find(named), None, "{file}: {line}");
+        }
+    }
+}
+
 /// Libraries that one place alone knows.
 #[test]
 fn libraries_stay_in_their_rooms() {

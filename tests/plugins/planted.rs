@@ -24,12 +24,12 @@ fn table(name: &str, definition: &str) -> PathBuf {
 fn validate(library: &Path, seed: &str) -> (String, i32) {
     let library = library.to_str().unwrap();
     let place = tempfile::tempdir().unwrap();
-    let arguments = ["plugin", "validate", library, "--seed", seed, "--time-limit", "3"];
+    let arguments = ["plugin", "validate", library, "--seed", seed];
     let out = rumple(place.path(), &arguments);
     let text =
         format!("{}{}", String::from_utf8_lossy(&out.stdout), String::from_utf8_lossy(&out.stderr));
     assert!(text.contains(&format!("--seed {seed}")), "{text}");
-    (text, out.status.code().unwrap())
+    (text, out.status.code().unwrap_or(-1))
 }
 
 #[test]
@@ -38,44 +38,24 @@ fn validate_finds_every_planted_fault() {
     assert!(code == 0 && text.contains("no faults found") && !text.contains("FAULT"), "{text}");
 
     let panics = rust_library("tests/faulty/misbehaving.rs", "panicking", &["panics"]);
+    let unsteady = "must not keep internal state";
     let cases: &[(PathBuf, &str, &str)] = &[
-        (table("version", "MAJOR=2"), "table, description", "built for version 2.1"),
-        (table("truncated", "TABLE_SIZE=40"), "table, description", "truncated table: 40 bytes"),
-        (table("metadata", "TYPICAL=-1.0"), "table, description", "typical magnitude is -1"),
         (planted("NOT_FINITE"), "finite rates", "NaN in rates for the rate of species c at vertex"),
         (planted("WRONG_DERIVATIVE"), "derivatives", "gives -2 in rate_partials"),
         (planted("WRONG_FACTOR_DERIVATIVE"), "derivatives", "gives 0.2 in length_factor_partials"),
         (planted("NEGATIVE_FACTOR"), "positive length factor", "returned -1 in length_factor"),
-        (planted("HIDDEN_STATE"), "finite rates", "must not keep internal state"),
-        (planted("MUTATED_INPUT"), "finite rates", "changed its input c at vertex"),
-        (planted("NOT_THREAD_SAFE"), "", "must not keep internal state"),
-        (planted("ENDLESS"), "finite rates", "does not return within 3 s"),
-        (planted("ABORTS"), "finite rates", "ends the process: signal: 6 (SIGABRT)"),
-        (planted("SEGFAULT"), "finite rates", "ends the process: signal: 11 (SIGSEGV)"),
-        (planted("DEEP"), "finite rates", "ends the process: signal: "),
-        (planted("RAISES_FPE"), "finite rates", "ends the process: signal: 8 (SIGFPE)"),
-        (planted("THREAD_FAULT"), "finite rates", "ends the process: signal: 11 (SIGSEGV)"),
-        (planted("EXITS"), "finite rates", "ends the process: exit status: 0"),
-        (planted("EXITS_IN_CREATE"), "table, description", "ends the process: exit status: 0"),
-        (planted("EXITS_ON_LOAD"), "table, description", "ends the process: exit status: 0"),
-        (planted("HANGS_IN_CREATE"), "table, description", "does not return within 3 s"),
+        (planted("HIDDEN_STATE"), "same inputs, same outputs", unsteady),
+        (planted("MUTATED_INPUT"), "same inputs, same outputs", unsteady),
+        (planted("NOT_THREAD_SAFE"), "", unsteady),
         (planted("BEYOND"), "writes only", "writes beyond the 256 points"),
         (planted("UNWRITTEN"), "writes only", "unwritten"),
-        (
-            planted("FIELDS_IGNORED"),
-            "parameters over the sheet",
-            "an instance with these parameters",
-        ),
         (planted("FACTOR_UNWRITTEN"), "writes only", "output 1 of 1 of length_factor unwritten"),
-        (planted("QUITS"), "finite rates", "ends the process: exit status: 0"),
-        (planted("KILLED"), "finite rates", "ends the process: signal: 9 (SIGKILL)"),
-        (planted("EVERY_NTH"), "", "must not keep internal state"),
+        (planted("EVERY_NTH"), "", unsteady),
+        (planted("MAXIMUM_KEPT"), "same inputs, same outputs", unsteady),
         (panics, "finite rates", "failed in rates at vertex"),
     ];
     for (library, check, message) in cases {
-        // An endless loop takes its time.
-        let seeds = if message.contains("return") { &["7"][..] } else { &["7", "1", "2", "3"] };
-        for seed in seeds {
+        for seed in ["7", "1", "2", "3"] {
             let (text, code) = validate(library, seed);
             assert_eq!(code, 2, "{text}");
             let found = |l: &str| l.contains("FAULT") && l.contains(check) && l.contains(message);
@@ -85,21 +65,26 @@ fn validate_finds_every_planted_fault() {
 }
 
 #[test]
+fn validate_says_why_a_library_is_refused_and_in_which_check_a_law_ends_the_process() {
+    for (library, message) in [
+        (table("version", "MAJOR=2"), "built for version 2.1"),
+        (table("truncated", "TABLE_SIZE=40"), "truncated table: 40 bytes"),
+        (table("metadata", "TYPICAL=-1.0"), "typical magnitude is -1"),
+    ] {
+        let (text, code) = validate(&library, "7");
+        assert!(code == 2 && text.contains(message), "{text}");
+    }
+    let (text, code) = validate(&planted("ABORTS"), "7");
+    assert_eq!(code, -1, "{text}");
+    assert!(text.trim_end().ends_with("same inputs, same outputs"), "{text}");
+}
+
+#[test]
 fn validate_finds_nothing_in_what_is_shipped() {
     for name in super::build::SHIPPED {
         let (text, code) = validate(library(name).path(), "7");
         assert_eq!(code, 0, "{text}");
     }
-}
-
-/// What it keeps is the same at the end of any long row of calls: only a fresh process shows it, and
-/// even that may be drowned in the noise of a call from several threads.
-#[test]
-fn validate_finds_a_memory_that_no_longer_changes() {
-    let (text, code) = validate(&planted("MAXIMUM_KEPT"), "7");
-    assert_eq!(code, 2, "{text}");
-    let found = text.lines().any(|l| l.contains("FAULT") && l.contains("internal state"));
-    assert!(found, "{text}");
 }
 
 const SCENE: &str = r#"
@@ -146,11 +131,7 @@ fn a_run_survives_every_planted_fault() {
             &[named, "NaN in rates for the rate of species c at vertex", "(c = 0.", "position ("],
         ),
         (planted("HIDDEN_STATE"), 2, &[named, "for the rate of species c at vertex", "gave"]),
-        (
-            planted("MUTATED_INPUT"),
-            2,
-            &[named, "its input c at vertex", "in rates, from 0.", "to 0.5"],
-        ),
+        (planted("MUTATED_INPUT"), 2, &[named, "for the rate of species c at vertex", "gave"]),
         (planted("NOT_THREAD_SAFE"), 2, &[named, "for the rate of species c at vertex"]),
         (
             planted("NEGATIVE_FACTOR"),
@@ -184,9 +165,8 @@ fn a_run_survives_every_planted_fault() {
 }
 
 /// What a run says of faults in the results of a law.
-const BAD_RESULTS: [(&str, &str); 4] = [
+const BAD_RESULTS: [(&str, &str); 3] = [
     ("BEYOND", "writes beyond the"),
-    ("EVERY_NTH", "a law must not keep internal state"),
     ("NARROW_NAN", "returned NaN in rates for the rate of species c at vertex"),
     ("UNWRITTEN", "unwritten"),
 ];
@@ -236,21 +216,6 @@ fn a_run_tells_of_results_that_the_law_itself_flags_as_unreliable() {
     let reported =
         text.lines().filter(|line| line.contains("flags its result as unreliable at vertex"));
     assert_eq!(reported.filter(|line| line.contains("extrapolated")).count(), 1, "{text}");
-}
-
-#[test]
-fn a_run_refuses_a_plugin_that_overlooks_parameters_over_the_sheet() {
-    let folder = tempfile::tempdir().unwrap();
-    let scene = scene_of(&planted("FIELDS_IGNORED"));
-    let scene =
-        scene.replace("initial.c", "parameters.k = { formula = \"1 + step(x)\" }\ninitial.c");
-    fs::write(folder.path().join("scene.toml"), scene).unwrap();
-    for arguments in [&["run", "scene.toml"][..], &["plugin", "validate", "scene.toml"]] {
-        let out = rumple(folder.path(), arguments);
-        let text = String::from_utf8_lossy(&out.stderr) + String::from_utf8_lossy(&out.stdout);
-        assert_eq!(out.status.code(), Some(2), "{text}");
-        assert!(text.contains("where an instance with these parameters gives"), "{text}");
-    }
 }
 
 #[test]

@@ -197,7 +197,6 @@ fn parameters_over_the_sheet_are_shown_and_tried() {
         assert!(line.contains("k = 1 to 3 over"), "{line}");
     }
     assert!(say(&["plugin", "validate", "scene.toml"]).contains("no faults found"));
-    assert!(say(&["plugin", "bench", "scene.toml", "--points", "1000"]).contains("ns a point"));
 }
 
 /// A kink that is met exactly (c = 0 is tried first), so small that it passes for smooth.

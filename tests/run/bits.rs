@@ -34,7 +34,7 @@ species = "SPECIES"
 coefficient = 1.0
 [invariants]
 energy = true
-gauss-bonnet = true
+force = true
 crossings = true
 [kinetics]
 KINETICS

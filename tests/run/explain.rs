@@ -1,4 +1,4 @@
-//! `explain`: what a scene calls for, by its places; what a run cost, in shares that add up.
+//! What a scene calls for, by its places, in `check`; what a run cost, in shares that add up, in `explain`.
 
 use std::fs;
 
@@ -8,65 +8,42 @@ use rumple::effects::{
     HessianPart, Interaction, Reads,
 };
 use rumple::geometry::Shape;
-use rumple::run::{Costs, Explanation};
+use rumple::run::{Costs, explain};
 
 use super::program::{folder, passes, rumple, text};
 use super::{SMALL, prepare};
 
-fn explained(overrides: &[&str]) -> Explanation {
-    let (scene, simulation) = prepare(overrides);
-    Explanation::new(&scene, &simulation)
+/// What `rumple check` prints of a scene.
+fn checked(scene: &str, arguments: &str) -> String {
+    let folder = folder(scene);
+    text(&passes(folder.path(), &format!("check scene.toml {arguments}")).stdout)
 }
 
-/// Whether a line of the subject has all the words.
-fn has(all: &Explanation, subject: &str, words: &[&str]) -> bool {
-    let fits = |line: &rumple::run::explain::ExplanationLine| {
-        let whole = format!("{} {:?}", line.what, line.place);
-        line.subject == subject && words.iter().all(|word| whole.contains(word))
-    };
-    all.lines.iter().any(fits)
+/// The line of effects of this name.
+fn effect<'a>(checked: &'a str, name: &str) -> &'a str {
+    let line = checked.lines().find(|line| line.starts_with("effect") && line.contains(name));
+    line.unwrap_or_else(|| panic!("no {name} in {checked}"))
 }
 
 #[test]
 fn each_effect_is_explained_with_its_place() {
-    let all = explained(&[]);
+    let all = checked(SMALL, "");
     let line = |what: &str| SMALL.lines().position(|l| l.contains(what)).unwrap() + 1;
-    for (number, kind) in [(0, "stretching"), (1, "bending"), (2, "pin")] {
+    for kind in ["stretching", "bending", "pin"] {
         // The table begins with its first key, after its head.
-        let head = line(&format!("kind = \"{kind}\"")) - 1;
-        let place = format!("effect[{number}], line {head}");
-        assert!(has(&all, "effect", &[kind, &place]), "{place}: {all}");
+        let place = format!("(line {})", line(&format!("kind = \"{kind}\"")) - 1);
+        assert!(effect(&all, kind).contains(&place), "{place}: {all}");
     }
-    assert!(has(&all, "signal", &["mean_curvature", "kinetics, line"]), "{all}");
-    let tension =
-        "effect=[{ kind = \"stretching\" }, { kind = \"active-tension\", value = \"c\" }]";
-    assert!(has(&explained(&[tension]), "effect", &["active-tension", "reads c"]), "{all}");
-}
-
-#[test]
-fn unknowns_are_those_that_the_effects_and_the_law_bring() {
-    let one_ring = "sheet = { shape = 'disc', radius = 5.0, vertices = 100 }
+    let flowing = "sheet = { shape = 'disc', radius = 5.0, vertices = 100 }
         time = { until = 1.0 }
         material = { young = 1.0, poisson = 0.3, thickness = 0.1 }
-        effect = [{ kind = 'stretching' }]";
-    let (scene, simulation) = crate::common::prepare(one_ring, &[]);
-    let all = Explanation::new(&scene, &simulation);
-    assert!(has(&all, "effect", &["stretching", "couples neighbours", "line 4"]), "{all}");
-    assert!(!has(&all, "unknowns", &["species"]), "{all}");
-    let flowing = one_ring.replace("}]", "}, { kind = 'remodelling', time = 2.0 }]");
-    let (scene, simulation) = crate::common::prepare(&flowing, &[]);
-    let all = Explanation::new(&scene, &simulation);
-    assert!(has(&all, "unknowns", &["values of length_remodelling"]), "{all}");
-    assert!(has(&all, "effect", &["remodelling: internal variables"]), "{all}");
-    let (scene, simulation) = crate::common::prepare(
-        "sheet = { shape = 'point' }
-         time = { until = 1.0 }
-         kinetics = { rates.c = '-c', initial.c = 1.0 }",
-        &[],
-    );
-    let all = Explanation::new(&scene, &simulation);
-    assert!(has(&all, "unknowns", &["no positions"]), "{all}");
-    assert!(has(&all, "output", &["no frames"]), "{all}");
+        effect = [{ kind = 'stretching' }, { kind = 'remodelling', time = 2.0 }]";
+    let all = checked(flowing, "");
+    assert!(effect(&all, "stretching (line 4)").contains("couples neighbours"), "{all}");
+    assert!(effect(&all, "remodelling").contains("internal variables"), "{all}");
+    assert!(all.contains("values of length_remodelling"), "{all}");
+    let tension = SMALL.to_owned() + "[[effect]]\nkind = \"active-tension\"\nvalue = \"c\"\n";
+    assert!(effect(&checked(&tension, ""), "active-tension").contains("reads c"));
 }
 
 /// An effect that declares every coupling there is.
@@ -120,9 +97,11 @@ impl Contact for All {
 /// What an effect of anybody's calls for is asked from what it declares.
 #[test]
 fn an_effect_from_outside_explains_itself() {
-    let all = explained(&["[[effect]]\nkind = \"test-everything\""]);
+    let (_, simulation) = prepare(&["[[effect]]\nkind = \"test-everything\""]);
+    let all = explain::contributions(&simulation).concat();
+    let everything = all.iter().find(|what| what.contains("everything")).unwrap();
     for words in ["3 edges", "pairs that depend on the shape", "depends on time"] {
-        assert!(has(&all, "effect", &[words, "everything"]), "{words}: {all}");
+        assert!(everything.contains(words), "{words}: {all:?}");
     }
 }
 
@@ -176,7 +155,7 @@ fn what_is_not_a_run_is_refused_with_its_name() {
     let out = rumple(folder.path(), &["explain", "empty"]);
     assert_eq!(out.status.code(), Some(2));
     assert!(text(&out.stderr).contains("costs.json"), "{}", text(&out.stderr));
-    let out = passes(folder.path(), "explain scene.toml --json");
-    let json: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
-    assert_eq!(json["lines"][0]["subject"], "unknowns");
+    let out = rumple(folder.path(), &["explain", "scene.toml"]);
+    assert_eq!(out.status.code(), Some(2));
+    assert!(text(&out.stderr).contains("rumple check scene.toml"), "{}", text(&out.stderr));
 }

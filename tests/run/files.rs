@@ -167,7 +167,7 @@ fn mesh_generate_overwrites_nothing_unless_forced() {
     let folder = folder(&short());
     let folder = folder.path();
     fs::write(folder.join("disc.obj"), "mine").unwrap();
-    let args = ["mesh", "generate", "disc", "--radius", "5", "--vertices", "50", "--out"];
+    let args = ["mesh", "generate", "disc", "radius=5", "--vertices", "50", "--out"];
     refused(folder, &[&args[..], &["disc.obj"]].concat(), &["disc.obj", "--force"]);
     assert_eq!(fs::read_to_string(folder.join("disc.obj")).unwrap(), "mine");
     done(folder, &[&args[..], &["disc.obj", "--force"]].concat());

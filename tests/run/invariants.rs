@@ -112,15 +112,13 @@ policy = "simultaneous"
 until = 1.0
 "#;
 
-const ALL: &str = "energy = 1e-2\nforce = 1e-9\ngauss-bonnet = 1e-9\ncrossings = 0\ntotals = { \"a + b\" = 1e-9 }";
+const ALL: &str = "energy = 1e-2\nforce = 1e-9\ncrossings = 0\ntotals = { \"a + b\" = 1e-9 }";
 
 #[test]
 fn a_scene_that_keeps_all_laws_and_one_that_lists_none() {
     let (folder, out) = run(FREE, ALL, &[]);
     assert!(out.status.success(), "{}", text(&out.stderr));
-    for law in
-        ["energy: at most", "force: at most", "gauss-bonnet: at most", "crossings: at most 0"]
-    {
+    for law in ["energy: at most", "force: at most", "crossings: at most 0"] {
         assert!(text(&out.stdout).contains(law), "{}", text(&out.stdout));
     }
     let plain = FREE.to_owned();
@@ -138,7 +136,6 @@ fn a_scene_that_keeps_all_laws_and_one_that_lists_none() {
         "relative net force",
         "net torque [force length]",
         "relative net torque",
-        "Gauss-Bonnet defect [rad]",
         "crossings [pairs of triangles]",
     ];
     assert_eq!(added, expected);
@@ -188,7 +185,7 @@ fn laws_hold_under_every_policy_on_open_and_closed_sheets() {
         if policy == "chemistry-fast" {
             // Its chemistry has no steady state of a total that stays.
             keys.push("kinetics.rates={a=\"exp(-t) - a\",b=\"a - b\"}");
-            laws = "energy = 1e-2\nforce = 1e-9\ngauss-bonnet = 1e-9";
+            laws = "energy = 1e-2\nforce = 1e-9";
         } else {
             keys.push(steady);
         }
@@ -357,7 +354,7 @@ fn a_sheet_that_passes_through_itself_is_caught() {
 fn a_step_that_breaks_a_limit_changes_nothing() {
     let planted = "kinetics.rates.a=\"b - a + 0.01*step(t - 0.5)\"";
     let scene = format!(
-        "{FREE}\n[invariants]\nevery = 3\ngauss-bonnet = true\ntotals = {{ \"a + b\" = 1e-9 }}"
+        "{FREE}\n[invariants]\nevery = 3\ncrossings = true\ntotals = {{ \"a + b\" = 1e-9 }}"
     );
     let keys = [planted, "kinetics.rates.b=\"a - b\"", "time.integrator.longest_step=0.04"];
     let (_, mut simulation) = common::prepare(&scene, &keys);
@@ -377,9 +374,9 @@ fn a_step_that_breaks_a_limit_changes_nothing() {
     // Nor is it remembered: the same step breaks it by as much.
     let again = simulation.step(1.0).unwrap_err();
     assert_eq!(again.to_string(), error.to_string());
-    let every = kept(FREE, "every = 3\ngauss-bonnet = true", &[]);
-    for (step, defect) in every.column("Gauss-Bonnet defect [rad]").iter().enumerate() {
-        assert_eq!(defect.is_nan(), step % 3 != 0, "{step}");
+    let every = kept(FREE, "every = 3\ncrossings = true", &[]);
+    for (step, count) in every.column("crossings [pairs of triangles]").iter().enumerate() {
+        assert_eq!(count.is_nan(), step % 3 != 0, "{step}");
     }
 }
 
@@ -400,7 +397,7 @@ fn what_makes_no_sense_is_refused_with_its_place() {
         ("energy = false", &[][..], "true, to be watched"),
         ("energy = -1.0", &[], "a number from 0"),
         ("every = 0", &[], "an integer from 1"),
-        ("gauss_bonnet = 1", &[], "gauss-bonnet"),
+        ("gauss-bonnet = 1", &[], "gauss-bonnet is removed: leave it out"),
         ("totals = [\"a\"]", &[], "totals"),
         ("energy = true", &["effect=[]"], "no effect of the scene has an energy"),
         ("force = true", &["effect=[]"], "no effect of the scene has a force"),

@@ -2,7 +2,7 @@
 
     ranks.py RUMPLE OUT [TEST…]
 
-RUMPLE is the program with the feature `mpi`; OUT takes the runs. Wants vtk and numpy. The test `slurm` wants to be run by slurm.sh.
+RUMPLE is the program with the feature `mpi`; OUT takes the runs. Wants vtk and numpy.
 """
 
 import csv
@@ -311,42 +311,6 @@ def killed():
     step = int(ledger(out)[-1]["step"])
     run(2, "resume", out, "--until", 3.0)
     assert int(ledger(out)[-1]["step"]) > step or float(ledger(out)[-1]["time"]) == 3.0
-
-
-def slurm():
-    """A job of Slurm that is cancelled, and resumed on another number of ranks by a second one."""
-    def queue():
-        return subprocess.run(["squeue", "-h"], capture_output=True, text=True, check=True).stdout.strip()
-
-    def wait_for(what, done):
-        deadline = time.time() + PATIENCE
-        while not done():
-            assert time.time() < deadline, f"{what} does not happen\n{log.read_text() if log.exists() else ''}"
-            time.sleep(0.2)
-
-    def submit(ranks):
-        words = ["--slurm", "--ranks", ranks, "--slurm-option=--overcommit", "--launcher", f"{LAUNCHER} -n {ranks}"]
-        said = run(0, "run", path, "--out", out, *words)
-        return said.split()[1].rstrip(":")
-
-    # Many short steps: the job has to be under way when it is cancelled.
-    text = DOME.replace("until = {until},", "until = {until}, integrator = {{ kind = \"staggered\", longest_step = 0.001 }},")
-    path = scene("slurm", text, until=2.0, every=0.25)
-    out, log = OUT / "slurm", OUT / "slurm.log"
-    run(2, "run", path, "--out", OUT / "slurm-here")
-    # Open MPI waits as long before it passes the signal on.
-    os.environ["OMPI_MCA_odls_base_sigkill_timeout"] = "2"
-    job = submit(2)
-    wait_for("a checkpoint", lambda: len(list(out.glob("checkpoints/*.bin"))) > 1)
-    subprocess.run(["scancel", "--signal=TERM", "--full", job], check=True)
-    wait_for("the end of the first job", lambda: not queue())
-    step = int(ledger(out)[-1]["step"])
-    assert float(ledger(out)[-1]["time"]) < 2.0, "the job ended before it was cancelled"
-    submit(3)
-    wait_for("the end of the second job", lambda: not queue())
-    assert float(ledger(out)[-1]["time"]) == 2.0 and int(ledger(out)[-1]["step"]) > step, log.read_text()
-    assert (out / "ranks" / "3" / "2").is_dir()
-    compare(OUT / "slurm-here", out, 8, 2e-3, "a job of 2 ranks, resumed by one of 3")
 
 
 TESTS = [

@@ -98,7 +98,7 @@ def cases():
     for method in ["bdf", "tr-bdf2", "esdirk34", "tsit45"]:
         yield f"quasi-static, {method}", case(
             **quasi, integrator=staggered(chemistry=f'"{method}"'), effects=DIFFUSION)
-    for preconditioner in ["multigrid", "blocks", "none"]:
+    for preconditioner in ["multigrid", "blocks"]:
         yield f"quasi-static, {preconditioner}", case(
             **quasi, integrator=staggered(), until=0.1, output=0.05, vertices=300,
             equilibrium=f'preconditioner = "{preconditioner}"\ntolerance = 1e-4')
@@ -247,7 +247,7 @@ def threads(name):
             often = restart_interval(title) or "1e-9"
             scene = WORK / "scene.toml"
             scene.write_text(scene_text + f"\n[checkpoint]\nevery = {float(often) / 5}\nkeep = 100000\n"
-                             + "[invariants]\nenergy = true\ngauss-bonnet = true\ncrossings = true\n")
+                             + "[invariants]\nenergy = true\nforce = true\ncrossings = true\n")
             made = {}
             for count in (1, 2, 4):
                 made[count] = WORK / f"threads{count}"

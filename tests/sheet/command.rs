@@ -21,7 +21,7 @@ fn a_mesh_is_generated_checked_and_described() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("ring.obj");
     let name = file.to_str().unwrap();
-    let shape = ["generate", "annulus", "--inner", "2", "--outer", "7"];
+    let shape = ["generate", "annulus", "inner=2", "outer=7"];
     mesh(&[&shape[..], &["--vertices", "700", "--seed", "3", "--out", name]].concat()).unwrap();
     assert_eq!(read::surface(&file).unwrap().points.len(), 700);
     for command in ["check", "info"] {
@@ -40,49 +40,25 @@ fn unusable_meshes_and_wishes_are_errors() {
     assert!(message.contains("loose.obj: the mesh is unusable; the kind of fault"), "{message}");
     let message = mesh(&["info", name]).unwrap_err();
     assert!(message.contains("vertex 3 (line 4)"), "{message}");
-    let message = mesh(&["generate", "disc", "--radius", "1", "--out", "disc.stl"]).unwrap_err();
+    let message = mesh(&["generate", "disc", "radius=1", "--out", "disc.stl"]).unwrap_err();
     assert!(message.contains("disc.stl") && message.contains(".obj"), "{message}");
-    let message = mesh(&["generate", "disc", "--radius", "0"]).unwrap_err();
-    assert!(message.contains("radius = 0"), "{message}");
-}
-
-#[test]
-fn a_mesh_is_repaired_or_nothing_is_written() {
-    let folder = tempfile::tempdir().unwrap();
-    let (file, out) = (folder.path().join("bad.obj"), folder.path().join("good.vtu"));
-    std::fs::write(&file, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\nf 1 2 3\n").unwrap();
-    let (name, written) = (file.to_str().unwrap(), out.to_str().unwrap());
-    mesh(&["repair", name, written]).unwrap();
-    assert_eq!(read::surface(&out).unwrap().points.len(), 3);
-    let message = mesh(&["repair", name, written]).unwrap_err();
-    assert!(message.contains("good.vtu") && message.contains("--force"), "{message}");
-    mesh(&["--json", "repair", name, written, "--force"]).unwrap();
-    let message = mesh(&["repair", name, name, "--force"]).unwrap_err();
-    assert!(message.contains("bad.obj"), "{message}");
-    std::fs::write(
-        &file,
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 -1 0\nf 1 2 3\nf 2 1 4\nf 1 2 5\n",
-    )
-    .unwrap();
-    std::fs::remove_file(&out).unwrap();
-    let message = mesh(&["repair", name, written]).unwrap_err();
-    assert!(message.contains("At most two triangles of a sheet share an edge"), "{message}");
-    assert!(!out.exists());
+    let message = mesh(&["generate", "disc", "radius=0"]).unwrap_err();
+    assert!(message.contains("sheet.radius=0"), "{message}");
 }
 
 #[test]
 fn a_graph_is_generated_from_its_formula() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("saddle.obj");
-    let shape = ["generate", "graph", "--width", "4", "--height", "4", "--vertices", "500"];
+    let shape = ["generate", "graph", "width=4", "height=4", "--vertices", "500"];
     let name = file.to_str().unwrap();
-    mesh(&[&shape[..], &["--z", "-0.2*x*y", "--out", name]].concat()).unwrap();
+    mesh(&[&shape[..], &["z=-0.2*x*y", "--out", name]].concat()).unwrap();
     let surface = read::surface(&file).unwrap();
     assert!(surface.points.iter().all(|p| (p.z + 0.2 * p.x * p.y).abs() < 1e-15));
-    let message = mesh(&[&shape[..], &["--z", "0.2*w"]].concat()).unwrap_err();
-    assert!(message.contains("0.2*w") && message.contains("x, y"), "{message}");
-    let ellipsoid = ["generate", "ellipsoid", "--vertices", "500", "--semi-axes"];
-    mesh(&[&ellipsoid[..], &["1.5,1.2,1"]].concat()).unwrap();
-    let message = mesh(&[&ellipsoid[..], &["1.5,1.2"]].concat()).unwrap_err();
-    assert!(message.contains("3 are expected"), "{message}");
+    let message = mesh(&[&shape[..], &["z=0.2*w"]].concat()).unwrap_err();
+    assert!(message.contains("0.2*w") && message.contains("unknown name"), "{message}");
+    let ellipsoid = ["generate", "ellipsoid", "--vertices", "500"];
+    mesh(&[&ellipsoid[..], &["semi_axes=[1.5,1.2,1]"]].concat()).unwrap();
+    let message = mesh(&[&ellipsoid[..], &["semi_axes=[1.5,1.2]"]].concat()).unwrap_err();
+    assert!(message.contains("semi_axes"), "{message}");
 }

@@ -352,12 +352,3 @@ fn small_meshes_are_made_or_refused_but_never_break() {
         }
     }
 }
-
-#[test]
-fn a_shape_reads_from_a_scene() {
-    let shape: SheetShape = toml::from_str("shape = \"disc\"\nradius = 100.0").unwrap();
-    assert_eq!(shape, DISC);
-    let wrong =
-        toml::from_str::<SheetShape>("shape = \"disc\"\nradius = 1.0\nradios = 2.0").unwrap_err();
-    assert!(wrong.to_string().contains("radios"), "{wrong}");
-}

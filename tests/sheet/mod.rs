@@ -7,7 +7,6 @@ mod generate;
 mod legacy;
 mod polygon;
 pub(crate) mod read;
-mod repair;
 mod vtkio_faults;
 mod write;
 

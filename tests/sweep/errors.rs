@@ -29,7 +29,7 @@ fn bad_keys_and_values_are_refused_before_anything_is_made() {
         (&[over, "sheet.seed=1..2", "--seeds", "2"], &["sheet.seed", "twice"]),
         (&[over, "material.young=1..200", over, "sheet.seed=1..200"], &["10000"]),
         (&[over, "material.thickness=1,2", "--memory", "8GB"], &["--memory", "--jobs"]),
-        (&[over, "material.thickness=1,2", "--no-submit"], &["--slurm"]),
+        (&[over, "material.thickness=1,2", "--slurm"], &["--slurm", "--plan"]),
         (&[over, "material.thickness=1,2", "--seeds", "0"], &["--seeds"]),
     ];
     for (args, expected) in cases {
@@ -122,7 +122,7 @@ fn a_file_that_has_changed_is_named() {
                  [kinetics]\nrates.c = '-c'\ninitial.c = 1.0\n";
     let folder = folder(scene);
     let mesh = |vertices: &str| {
-        let size = ["--radius", "5", "--vertices", vertices, "--out", "disc.obj", "--force"];
+        let size = ["radius=5", "--vertices", vertices, "--out", "disc.obj", "--force"];
         let out = rumple(folder.path(), &[&["mesh", "generate", "disc"][..], &size].concat());
         assert!(out.status.success(), "{}", text(&out.stderr));
     };

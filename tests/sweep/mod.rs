@@ -1,13 +1,13 @@
-//! Sweeps: keys, members, what is gathered; killed and gone on, here and through Slurm.
+//! Sweeps: keys, members, what is gathered; killed and gone on; planned, and run one by one.
 
 mod axis;
 mod errors;
 mod measures;
+mod planned;
 mod plots;
 mod refinement;
 mod resumed;
 mod running;
-mod slurm;
 mod statistics;
 
 use std::collections::BTreeMap;

@@ -36,7 +36,7 @@ impl EffectSpec for Indenter {
             centre: centre + ramp.factor_at(now.time) * displacement,
             radius,
             weight: stiffness * area[i] / (2.0 * radius * radius),
-        });
+        })?;
         Ok(Effect::energy(ball.depending_on_time()))
     }
 }

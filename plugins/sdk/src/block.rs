@@ -10,7 +10,7 @@ use std::cell::Cell;
 
 use crate::Failure;
 use crate::columns::{BLOCK, Slot, Target};
-use crate::evaluate::{Law, Number, Size};
+use crate::law::{Law, Number, Size};
 
 /// Laws with no more inputs and columns of results than this are evaluated in registers; others
 /// through memory, where a call into the law costs more than that.

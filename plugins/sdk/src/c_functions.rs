@@ -7,9 +7,10 @@ use std::ffi::c_void;
 
 use rumple_plugin_abi::{Batch, ColumnMut, Report, Status};
 
-use crate::columns::{Inputs, Outputs};
-use crate::evaluate::{Law, Pass, Size, run};
+use crate::columns::{Inputs, Outputs, text};
+use crate::evaluate::{Pass, run};
 use crate::guard::guarded;
+use crate::law::{Law, Size};
 use crate::{
     Dual, Failure, LengthFactor, LengthFactorAcross, Model, Observables, Parameters, Point, Scalar,
     Signal, SpontaneousCurvature,
@@ -35,11 +36,6 @@ const fn same(a: &rumple_plugin_abi::Str, b: &rumple_plugin_abi::Str) -> bool {
         at += 1;
     }
     at == a.len() && at == b.len()
-}
-
-pub(crate) const fn text(text: &rumple_plugin_abi::Str) -> &'static str {
-    // SAFETY: made by `Str::new` from a `&'static str`: the fields of a Rust model are constants.
-    unsafe { str::from_utf8_unchecked(std::slice::from_raw_parts(text.data, text.length)) }
 }
 
 /// # Safety

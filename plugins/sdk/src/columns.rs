@@ -195,3 +195,8 @@ unsafe fn array<'a, T>(data: *const T, count: usize) -> Result<&'a [T], Failure>
         Ok(unsafe { std::slice::from_raw_parts(data, count) })
     }
 }
+
+pub(crate) const fn text(text: &rumple_plugin_abi::Str) -> &'static str {
+    // SAFETY: made by `Str::new` from a `&'static str`: the fields of a Rust model are constants.
+    unsafe { str::from_utf8_unchecked(std::slice::from_raw_parts(text.data, text.length)) }
+}

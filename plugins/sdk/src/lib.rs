@@ -59,6 +59,7 @@ mod dual;
 mod evaluate;
 mod export;
 mod guard;
+mod law;
 mod model;
 mod scalar;
 

@@ -70,7 +70,7 @@ pub(super) fn run(args: &NewArgs) -> Result<()> {
     say!("{scene} is written. Next:");
     say!("  rumple check {scene}");
     say!("  rumple run {scene} --out {}-results", results.display());
-    say!("  rumple explain {scene}      # what it computes, and what it spares");
+    say!("  rumple explain {}-results      # what that cost", results.display());
     Ok(())
 }
 

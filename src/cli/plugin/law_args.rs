@@ -21,7 +21,7 @@ pub(super) struct SearchArgs {
 
 impl SearchArgs {
     pub(super) fn search(&self) -> PluginSearch {
-        PluginSearch::from_environment(&self.plugin_path)
+        crate::cli::defaults().search(&self.plugin_path)
     }
 }
 

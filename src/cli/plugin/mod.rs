@@ -1,6 +1,5 @@
 //! `rumple plugin …`: from an idea to a law that a scene can name.
 
-mod bench;
 mod describe;
 mod law_args;
 mod new;
@@ -28,10 +27,8 @@ enum Command {
     List(describe::ListArgs),
     /// Describe what a plugin, or the law of a scene, reads and provides.
     Describe(describe::DescribeArgs),
-    /// Look for faults, in a process of its own: bad numbers, wrong derivatives, hidden state, …
+    /// Look for faults: bad numbers, wrong derivatives, hidden state, …
     Validate(validate::ValidateArgs),
-    /// Time a law, per point.
-    Bench(bench::BenchArgs),
 }
 
 pub(super) fn run(args: &PluginArgs) -> Result<()> {
@@ -40,6 +37,5 @@ pub(super) fn run(args: &PluginArgs) -> Result<()> {
         Command::List(args) => describe::list(args),
         Command::Describe(args) => describe::run(args),
         Command::Validate(args) => validate::run(args),
-        Command::Bench(args) => bench::run(args),
     }
 }

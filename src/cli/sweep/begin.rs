@@ -6,13 +6,12 @@ use clap::Args;
 use serde_json::json;
 
 use crate::cli::{SceneArgs, warn};
-use crate::kinetics::PluginSearch;
 use crate::output::Interrupt;
 use crate::run::{Error, Result};
-use crate::scene::{Scene, SheetSource};
+use crate::scene::{OVER, Scene, SheetSource};
 use crate::study::gather::gather;
 use crate::study::plan::{Axis, Plan, seed_axis};
-use crate::study::run::{Runs, Settings, SlurmSettings};
+use crate::study::run::{Runs, Settings};
 use crate::study::{Purpose, refinement};
 
 pub(super) fn run(args: &PlanArgs) -> Result<()> {
@@ -29,7 +28,7 @@ pub(super) fn run(args: &PlanArgs) -> Result<()> {
 
 /// Gives members what the command line says of threads and plugins.
 pub(in crate::cli) fn configure_members(plan: &mut Plan, scene: &SceneArgs) -> Result<()> {
-    let directories = PluginSearch::from_environment(&scene.plugin_path).directories().to_vec();
+    let directories = crate::cli::defaults().search(&scene.plugin_path).directories().to_vec();
     plan.threads = scene.threads.unwrap_or(1);
     plan.plugin_path =
         directories.iter().map(|path| crate::cli::absolute(path)).collect::<Result<_>>()?;
@@ -56,14 +55,10 @@ pub(in crate::cli) fn begin(
         purpose,
         member: member.map(ToOwned::to_owned).to_vec(),
         settings: Settings {
-            jobs: how.jobs.map(usize::from).or(jobs.filter(|_| !how.slurm)),
+            jobs: how.jobs.map(usize::from).or(jobs),
             retry_failed: how.retry_failed,
             force: how.force,
-            slurm: how.slurm.then(|| SlurmSettings {
-                program,
-                options: how.slurm_option.clone(),
-                submit: !how.no_submit,
-            }),
+            plan_only: how.plan,
         },
         happens: &|text| {
             if !how.quiet {
@@ -76,8 +71,8 @@ pub(in crate::cli) fn begin(
     let interrupt = Interrupt::install()?;
     let claim = runs.open(&plan, &root)?;
     let ended = runs.on(&plan, (&root, &claim), interrupt);
-    // Before the members of an array job have run there is nothing to be seen.
-    crate::cli::view::write_report(&root, first.output.report && !how.slurm);
+    // Before members have run there is nothing to be seen.
+    crate::cli::view::write_report(&root, first.output.report && !how.plan);
     if how.json {
         let members = gather(&plan, &root).into_iter().map(|member| {
             json!({ "name": member.name, "status": member.status.to_string(), "reason": member.reason })
@@ -94,7 +89,7 @@ fn refined(args: &SceneArgs, axes: &[Axis]) -> Result<Axis> {
         return Err(Error::Refused(message.into()));
     }
     let first: Vec<String> = axes.iter().flat_map(|axis| axis.overrides(0)).collect();
-    match Scene::varied(&args.scene, &args.overrides, &first)?.sheet.source {
+    match Scene::varied(&args.scene, &args.overrides, &first, OVER)?.sheet.source {
         SheetSource::Generated(shape) => Ok(refinement::axis(shape.vertices())),
         SheetSource::File { file } => Err(Error::Refused(format!(
             "--refine: the mesh is the file {}, which is not refined; give finer files: --over sheet.file=A,B,C",
@@ -167,16 +162,9 @@ pub(in crate::cli) struct HowArgs {
     /// Print nothing but errors.
     #[arg(long)]
     pub(in crate::cli) quiet: bool,
-    /// Write a job script for Slurm, an array with a task for every member that is not complete, and
-    /// submit it.
+    /// Write the plan and run nothing: `rumple sweep member DIR NUMBER` runs one member, as a task of an array job does.
     #[arg(long)]
-    pub(in crate::cli) slurm: bool,
-    /// An option of sbatch for the script, as in `--slurm-option=--time=1:00:00`; may be repeated.
-    #[arg(long, value_name = "OPTION", requires = "slurm", allow_hyphen_values = true)]
-    pub(in crate::cli) slurm_option: Vec<String>,
-    /// Write the job script, but do not submit it.
-    #[arg(long, requires = "slurm")]
-    pub(in crate::cli) no_submit: bool,
+    pub(in crate::cli) plan: bool,
 }
 
 impl HowArgs {

@@ -209,10 +209,7 @@ impl DocumentError {
                 (
                     message,
                     "not a key of this table".to_owned(),
-                    Some(
-                        formula_in_a_table(key, allowed)
-                            .unwrap_or_else(|| choices_in_words(key, ALLOWED_TITLE, allowed)),
-                    ),
+                    Some(formula_in_a_table(key, allowed).unwrap_or_else(|| choices(key, allowed))),
                 )
             }
             What::UnknownName { noun, name, allowed } => {
@@ -220,12 +217,7 @@ impl DocumentError {
                     "" => format!("unknown {noun} {name:?}"),
                     _ => format!("{path}: unknown {noun} {name:?}"),
                 };
-                let choices = choices_in_words(name, ALLOWED_TITLE, allowed);
-                let help = match removed(name, allowed) {
-                    Some(instead) => format!("{name} is removed: {instead}; {choices}"),
-                    None => choices,
-                };
-                (message, format!("unknown {noun}"), Some(help))
+                (message, format!("unknown {noun}"), Some(choices(name, allowed)))
             }
             What::Mismatch { expected, found } => {
                 let subject = if path.is_empty() { "the value" } else { &path };
@@ -273,7 +265,16 @@ fn formula_in_a_table(key: &str, allowed: &[String]) -> Option<String> {
     })
 }
 
-/// What to write instead of a name that was removed from those `allowed` at its place.
+/// What else could stand there, after what to write in place of a key or name that was removed.
+fn choices(name: &str, allowed: &[String]) -> String {
+    let choices = choices_in_words(name, ALLOWED_TITLE, allowed);
+    match removed(name, allowed) {
+        Some(instead) => format!("{name} is removed: {instead}; {choices}"),
+        None => choices,
+    }
+}
+
+/// What to write instead of a key or name that was removed from those `allowed` at its place.
 fn removed(name: &str, allowed: &[String]) -> Option<&'static str> {
     let (one_of_them, instead) = match name {
         "fire" => {
@@ -282,6 +283,8 @@ fn removed(name: &str, allowed: &[String]) -> Option<&'static str> {
         "exponential" => {
             ("chebyshev", "write \"bdf\" for fast kinetics, or \"chebyshev\", the default")
         }
+        "none" => ("multigrid", "write \"blocks\", or \"auto\", the default"),
+        "gauss-bonnet" => ("crossings", "leave it out"),
         _ => return None,
     };
     allowed.iter().any(|name| name == one_of_them).then_some(instead)

@@ -92,7 +92,7 @@ impl EffectSpec for ActiveTension {
             field @ VertexField::Formula(_) => {
                 by_formula(context.sheet, unit_tensions, field, factor)
             }
-        };
+        }?;
         Ok(Effect::energy(if changes { elements.depending_on_time() } else { elements }))
     }
 }
@@ -105,7 +105,7 @@ fn given(
     unit_tensions: Vec<Pull>,
     values: &FieldValues,
     factor: RampFactor,
-) -> Elements<3, Pull> {
+) -> Result<Elements<3, Pull>, EffectError> {
     let mut pulls = unit_tensions;
     for (pull, corners) in pulls.iter_mut().zip(sheet.triangles()) {
         *pull = pull.times(mean(corners, |v| values.at(v)));
@@ -114,8 +114,8 @@ fn given(
     let make = move |conditions: &Conditions<'_>, t: usize| {
         pulls[t].times(factor.factor_at(conditions.time))
     };
-    Elements::new("active-tension", sheet, sheet.triangles().to_vec(), make)
-        .with_applied_force(applied)
+    let elements = Elements::new("active-tension", sheet, sheet.triangles().to_vec(), make)?;
+    Ok(elements.with_applied_force(applied))
 }
 
 /// Tensions by a formula of species or of the time.
@@ -124,7 +124,7 @@ fn by_formula(
     unit_tensions: Vec<Pull>,
     field: VertexField,
     factor: RampFactor,
-) -> Elements<3, Pull> {
+) -> Result<Elements<3, Pull>, EffectError> {
     let read = field.species().to_vec();
     let shared = Arc::new((unit_tensions, field, factor));
     let of = Arc::clone(&shared);
@@ -137,8 +137,8 @@ fn by_formula(
         );
     };
     let corners = sheet.triangles().to_vec();
-    let elements = Elements::with_shared_evaluation("active-tension", sheet, corners, make);
-    read.into_iter().enumerate().fold(elements, |elements, (k, species)| {
+    let elements = Elements::with_shared_evaluation("active-tension", sheet, corners, make)?;
+    Ok(read.into_iter().enumerate().fold(elements, |elements, (k, species)| {
         let of = Arc::clone(&shared);
         elements.reading(species, move |conditions| {
             let (unit_tensions, field, factor) = &*of;
@@ -148,7 +148,7 @@ fn by_formula(
             all.map(|(unit, corners)| corners.map(|v| unit.times(third * slopes[k][v as usize])))
                 .collect()
         })
-    })
+    }))
 }
 
 /// The mean of the values at the corners.

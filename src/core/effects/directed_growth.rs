@@ -16,7 +16,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::field::named;
-use super::{Effect, EffectContext, EffectError, EffectSpec, Fibre, Needs};
+use super::{DirectedLengthFactor, Effect, EffectContext, EffectError, EffectSpec, Fibre, Needs};
 use crate::num::checked::Finite;
 
 /// Parameters in a scene.
@@ -72,31 +72,3 @@ impl EffectSpec for LawGrowthDirectionSpec {
 }
 
 crate::register_kind!(dyn EffectSpec, "directed-growth", LawGrowthDirectionSpec);
-
-/// How the length factor of a law acts at every edge.
-#[derive(Debug, Clone)]
-pub struct DirectedLengthFactor {
-    /// cos² θ.
-    cos_squared: Vec<f64>,
-    /// p.
-    across: f64,
-}
-
-impl DirectedLengthFactor {
-    /// Φ_ij of an edge with these factors along the fibre and across it, and its derivatives by both.
-    #[must_use]
-    #[inline]
-    pub fn edge_factor(&self, edge: usize, along: f64, across: f64) -> (f64, [f64; 2]) {
-        let cos_squared = self.cos_squared[edge];
-        let all = (along * along * cos_squared + across * across * (1.0 - cos_squared)).sqrt();
-        (all, [along * cos_squared / all, across * (1.0 - cos_squared) / all])
-    }
-
-    /// `Φ_⊥ = Φ^p` of a law with one length factor, and its derivative by that.
-    #[must_use]
-    #[inline]
-    pub fn factor_across(&self, factor: f64) -> (f64, f64) {
-        let across = factor.powf(self.across);
-        (across, self.across * across / factor)
-    }
-}

@@ -7,7 +7,7 @@
 //! An element is pure: from the positions of its K corners it returns its energy and derivatives.
 //! The loops over the elements of a sheet are here, once for all of them.
 
-use super::{Coupling, Energy, ForceScales, HessianPart, ParameterField, Reads};
+use super::{Coupling, EffectError, Energy, ForceScales, HessianPart, ParameterField, Reads};
 use crate::geometry::{Conditions, Shape};
 use crate::linear::{Block, BlockMatrix, LazyStencils};
 use crate::num::index;
@@ -137,8 +137,8 @@ pub(super) fn add_blocks<const K: usize>(
 ///
 /// # let sheet = generate(&SheetShape::Disc { radius: 1.0 }, 100, 1)?;
 /// let edges = sheet.edges().iter().map(|edge| edge.vertices).collect();
-/// let springs = Elements::new("springs", &sheet, edges, |_, _| Spring { stiffness: 2.0 });
-/// # Ok::<(), rumple::sheet::SheetError>(())
+/// let springs = Elements::new("springs", &sheet, edges, |_, _| Spring { stiffness: 2.0 })?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Elements<const K: usize, E> {
     name: String,
@@ -162,13 +162,16 @@ type Slopes<const K: usize, E> = dyn Fn(&Conditions<'_>) -> Vec<[E; K]> + Send +
 impl<const K: usize, E: Element<K>> Elements<K, E> {
     /// Elements between the vertices `corners` of `sheet`, which must be neighbours of one another or
     /// neighbours of neighbours; `make` gives the parameters of each for the optimal lengths in force.
-    #[must_use]
+    ///
+    /// # Errors
+    /// A number that no vertex has; corners that are further apart, which second derivatives and ranks do not couple, or the
+    /// same twice.
     pub fn new(
         name: &str,
         sheet: &Sheet,
         corners: Vec<[u32; K]>,
         make: impl Fn(&Conditions<'_>, usize) -> E + Send + Sync + 'static,
-    ) -> Self {
+    ) -> Result<Self, EffectError> {
         let count = corners.len();
         Self::with_shared_evaluation(name, sheet, corners, move |conditions, into| {
             into.extend((0..count).map(|e| make(conditions, e)));
@@ -176,29 +179,21 @@ impl<const K: usize, E: Element<K>> Elements<K, E> {
     }
 
     /// The same, where `make` adds the parameters of all elements in their order: what they have in common is evaluated once.
-    #[must_use]
+    ///
+    /// # Errors
+    /// As for [`Elements::new`].
     pub fn with_shared_evaluation(
         name: &str,
         sheet: &Sheet,
         corners: Vec<[u32; K]>,
         make: impl Fn(&Conditions<'_>, &mut Vec<E>) + Send + Sync + 'static,
-    ) -> Self {
+    ) -> Result<Self, EffectError> {
+        let coupling = coupling(name, sheet, &corners)?;
         let triples = corners.iter().enumerate().flat_map(|(e, corner)| {
             corner.iter().enumerate().map(move |(k, v)| (*v, index(e), index(k)))
         });
         let incident = Incidence::new(sheet.vertex_count(), triples);
-        let near = |a: u32, b: u32| {
-            a == b || sheet.vertex_edges().entries(a as usize).iter().any(|&(_, j)| j == b)
-        };
-        let adjacent = |c: &[u32; K]| c.iter().all(|a| c.iter().all(|b| near(*a, *b)));
-        let coupling = if K < 2 {
-            Coupling::NONE
-        } else if corners.iter().all(adjacent) {
-            Coupling::ONE_RING
-        } else {
-            Coupling::TWO_RINGS
-        };
-        Self {
+        Ok(Self {
             name: name.to_owned(),
             corners,
             incident,
@@ -208,7 +203,7 @@ impl<const K: usize, E: Element<K>> Elements<K, E> {
             timed: false,
             coupling,
             forces: ForceScales::default(),
-        }
+        })
     }
 
     /// The same, with parameters that depend on the values of species number `species` at the corners. `slopes` gives
@@ -249,6 +244,46 @@ impl<const K: usize, E: Element<K>> Elements<K, E> {
     }
 }
 
+/// Which vertices the elements with these corners couple.
+fn coupling<const K: usize>(
+    name: &str,
+    sheet: &Sheet,
+    corners: &[[u32; K]],
+) -> Result<Coupling, EffectError> {
+    let count = sheet.vertex_count();
+    let neighbours = |a: u32| sheet.vertex_edges().entries(a as usize).iter().map(|&(_, j)| j);
+    let near = |a: u32, b: u32| neighbours(a).any(|j| j == b);
+    let mut coupling = if K < 2 { Coupling::NONE } else { Coupling::ONE_RING };
+    for (e, corners) in corners.iter().enumerate() {
+        let refuse = |what: String, help: &str| {
+            let message = format!("element {e} of `{name}` has the corners {corners:?}: {what}");
+            Err(EffectError { key: "kind", message, help: Some(help.to_owned()) })
+        };
+        if let Some(v) = corners.iter().find(|v| **v as usize >= count) {
+            let what = format!("there is no vertex {v}, the sheet has {count}");
+            return refuse(what, "vertices are counted from 0");
+        }
+        for (k, &a) in corners.iter().enumerate() {
+            for &b in &corners[..k] {
+                if a == b {
+                    return refuse(format!("vertex {a} twice"), "corners are different vertices");
+                }
+                if near(a, b) {
+                    continue;
+                }
+                coupling = Coupling::TWO_RINGS;
+                if !neighbours(a).any(|j| near(j, b)) {
+                    let what = format!("vertices {b} and {a} are more than two edges apart");
+                    let help = "corners are neighbours or neighbours of neighbours; an Energy with terms of low rank, or a \
+                                Contact with pairs, couples others";
+                    return refuse(what, help);
+                }
+            }
+        }
+    }
+    Ok(coupling)
+}
+
 /// Memory of [`Elements`].
 pub struct ElementWork<const K: usize, E> {
     element: Vec<E>,
@@ -274,7 +309,7 @@ impl<const K: usize, E: Element<K> + 'static> Energy for Elements<K, E> {
     }
 
     fn reads(&self) -> Reads<'_> {
-        Reads { species: &self.species, time: self.timed }
+        Reads { species: &self.species, time: self.timed, ..Reads::default() }
     }
 
     fn supports_ranks(&self) -> bool {

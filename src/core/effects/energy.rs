@@ -49,13 +49,15 @@ pub struct Reads<'a> {
     pub species: &'a [usize],
     /// Whether it depends on time other than through the optimal lengths.
     pub time: bool,
+    /// Whether it depends on the spontaneous curvature that a law gives.
+    pub curvature: bool,
 }
 
 impl Reads<'_> {
-    /// The time, if `time`, and no species.
+    /// The time, if `time`, and nothing else.
     #[must_use]
     pub fn time(time: bool) -> Self {
-        Self { species: &[], time }
+        Self { time, ..Self::default() }
     }
 }
 

@@ -22,11 +22,14 @@ use serde::de::{Deserialize, DeserializeOwned, Deserializer, Error, IntoDeserial
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize as DeriveDeserialize, Serialize};
 
-use super::{EffectError, ReadSurface, Region};
+use super::{EffectError, Region};
 use crate::kinetics::Location;
 use crate::kinetics::formula::{FieldFormula, FormulaError, Places};
 use crate::num::checked::{Checked, Finite};
-use crate::sheet::Sheet;
+use crate::sheet::{Sheet, Surface};
+
+/// A reader of meshes: the engine itself reads no files.
+pub type ReadSurface<'a> = dyn Fn(&Path) -> Result<Surface, String> + Sync + 'a;
 
 /// A parameter as a scene gives it; N has its range.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -113,7 +113,7 @@ impl EffectSpec for Foundation {
             })
             .collect();
         let corners = on.iter().map(|&i| [index(i)]).collect();
-        let made = Elements::new("foundation", sheet, corners, move |_, e| springs[e]);
+        let made = Elements::new("foundation", sheet, corners, move |_, e| springs[e])?;
         Ok(Effect::energy(made))
     }
 }

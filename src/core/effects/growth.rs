@@ -27,15 +27,13 @@
 //! Reference: multiplicative growth, e.g. Rodriguez, Hoger & McCulloch, J. Biomech. 27 (1994) 455,
 //! doi:10.1016/0021-9290(94)90021-3.
 
-use std::borrow::Cow;
 use std::path::Path;
-use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
 use super::field::named;
 use super::timed_field::{self, TimedField};
-use super::{Effect, EffectContext, EffectError, EffectSpec, Fibre, Field, Region};
+use super::{Effect, EffectContext, EffectError, EffectSpec, Fibre, Field, LengthFactor, Region};
 use crate::kinetics::Location;
 use crate::kinetics::breakpoints::TimeDependence;
 use crate::parallel;
@@ -164,7 +162,10 @@ impl EffectSpec for Growth {
                 Some(Factors::Anisotropic(Box::new(anisotropic)))
             }
         };
-        let growth = factors.map(|factors| LengthFactor::new(factors, inside, sheet));
+        let growth = factors.map(|factors| match factors.depends_on_time() {
+            true => LengthFactor::function(move |sheet, t| factors.factors_at(sheet, &inside, t)),
+            false => LengthFactor::constant(factors.factors_at(sheet, &inside, 0.0)),
+        });
         Ok(Effect { growth: growth.into_iter().collect(), ..Effect::default() })
     }
 }
@@ -200,37 +201,6 @@ fn read_factor(
 }
 
 crate::register_kind!(dyn EffectSpec, "growth", Growth);
-
-/// A length factor of position and time, one per edge.
-#[derive(Debug, Clone)]
-pub struct LengthFactor(Kind);
-
-#[derive(Debug, Clone)]
-enum Kind {
-    /// Once and for all.
-    Constant(Vec<f64>),
-    Timed(Box<TimedFactor>),
-    Function(Function),
-}
-
-/// Formulas, 1 at vertices that are not `inside`.
-#[derive(Debug, Clone)]
-struct TimedFactor {
-    factors: Factors,
-    inside: Vec<bool>,
-}
-
-/// The factor of every edge at a time.
-type OfTime = dyn Fn(&Sheet, f64) -> Vec<f64> + Send + Sync;
-
-#[derive(Clone)]
-struct Function(Arc<OfTime>);
-
-impl std::fmt::Debug for Function {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("Function")
-    }
-}
 
 /// Means of the ends of every edge, `outside` at vertices that are not `inside`.
 fn at_edges(
@@ -340,44 +310,4 @@ impl Factors {
             }
         }
     }
-}
-
-impl LengthFactor {
-    /// Of formulas, 1 at vertices that are not `inside`.
-    fn new(factors: Factors, inside: Vec<bool>, sheet: &Sheet) -> Self {
-        Self(if factors.depends_on_time() {
-            Kind::Timed(Box::new(TimedFactor { factors, inside }))
-        } else {
-            Kind::Constant(factors.factors_at(sheet, &inside, 0.0))
-        })
-    }
-
-    /// The same at all times: `factor`, a positive number per edge.
-    #[must_use]
-    pub fn constant(factor: Vec<f64>) -> Self {
-        Self(Kind::Constant(factor))
-    }
-
-    /// `of(sheet, t)`, a positive number per edge.
-    #[must_use]
-    pub fn function(of: impl Fn(&Sheet, f64) -> Vec<f64> + Send + Sync + 'static) -> Self {
-        Self(Kind::Function(Function(Arc::new(of))))
-    }
-
-    /// Its value at every edge.
-    #[must_use]
-    pub fn at_edges(&self, sheet: &Sheet, time: f64) -> Cow<'_, [f64]> {
-        match &self.0 {
-            Kind::Constant(factor) if factor.len() == sheet.edges().len() => factor.into(),
-            Kind::Constant(factor) => fitted(factor.clone(), sheet).into(),
-            Kind::Timed(of) => of.factors.factors_at(sheet, &of.inside, time).into(),
-            Kind::Function(Function(of)) => fitted(of(sheet, time), sheet).into(),
-        }
-    }
-}
-
-/// As many as there are edges: those that are missing are no number, which the model refuses.
-fn fitted(mut factor: Vec<f64>, sheet: &Sheet) -> Vec<f64> {
-    factor.resize(sheet.edges().len(), f64::NAN);
-    factor
 }

@@ -14,7 +14,9 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::field::named;
-use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Needs, Region};
+use super::{
+    DirichletValues, Effect, EffectContext, EffectError, EffectSpec, Field, Needs, Region,
+};
 use crate::kinetics::Location;
 use crate::sheet::Sheet;
 
@@ -29,45 +31,6 @@ pub struct DirichletSpec {
     pub region: Region,
     /// g, in the unit of the species.
     pub value: Field,
-}
-
-/// Points of one species with the values that they have at all times.
-#[derive(Debug, Clone)]
-pub struct DirichletValues {
-    species: usize,
-    /// Ascending.
-    points: Vec<(usize, f64)>,
-}
-
-impl DirichletValues {
-    /// Number of the species in the kinetics' descriptor.
-    #[must_use]
-    pub fn species(&self) -> usize {
-        self.species
-    }
-
-    /// Numbers of points and their values.
-    #[must_use]
-    pub fn points(&self) -> &[(usize, f64)] {
-        &self.points
-    }
-
-    /// Whether it holds `species` at `point`.
-    #[must_use]
-    pub(crate) fn holds(&self, species: usize, point: usize) -> bool {
-        let found = || self.points.binary_search_by_key(&point, |(point, _)| *point);
-        self.species == species && found().is_ok()
-    }
-
-    /// A point that `other` holds at another value.
-    #[must_use]
-    pub(crate) fn conflict(&self, other: &Self) -> Option<usize> {
-        let differs = |(point, value): &&(usize, f64)| {
-            let place = other.points.binary_search_by_key(point, |(point, _)| *point);
-            self.species == other.species && place.is_ok_and(|k| other.points[k].1 != *value)
-        };
-        self.points.iter().find(differs).map(|(point, _)| *point)
-    }
 }
 
 #[typetag::serialize(name = "hold")]

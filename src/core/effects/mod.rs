@@ -10,12 +10,14 @@ mod advection;
 mod bending;
 mod cone;
 mod contact;
+mod context;
 mod cotan;
 mod cross_diffusion;
 mod diffusion;
 mod directed_growth;
 mod element;
 mod energy;
+mod error;
 mod exchange;
 mod fibre;
 mod fibre_diffusion;
@@ -28,10 +30,12 @@ mod growth;
 mod hold;
 mod inflow;
 mod internal_variables;
+mod length_factor;
 mod load;
 mod material;
 mod pin;
 pub mod prelude;
+mod prescribed;
 mod pressure;
 mod ramp;
 mod region;
@@ -50,39 +54,42 @@ pub use bending::{
     Bending, BendingModel, BendingRest, BendingWeight, HingeBending, MeyerBending, RestShape,
     SPONTANEOUS_CURVATURE,
 };
-pub use contact::{Adhesion, Contacts, ObstacleShape, ObstacleSpec, SelfContact, Side};
+pub use contact::{
+    Adhesion, Contacts, NO_CROSSINGS_ADVICE, ObstacleShape, ObstacleSpec, SelfContact, Side,
+};
+pub use context::{EffectContext, Measure};
 pub use cotan::{Cotan, CotanOperator};
 pub use cross_diffusion::CrossDiffusion;
 pub use diffusion::{Diffusion, DiffusionMetric, DiffusionScheme};
-pub use directed_growth::{DirectedLengthFactor, LawGrowthDirectionSpec};
+pub use directed_growth::LawGrowthDirectionSpec;
 pub use element::{Element, Elements};
 pub(crate) use energy::{AnyContact, AnyEnergy, Work};
 pub use energy::{
     Contact, Coupling, Energy, EnergyTerm, ForceScales, HessianPart, Interaction, ParameterField,
     RankOneTerm, Reads, SeparatedStart, Touching,
 };
+pub use error::EffectError;
 pub use exchange::Exchange;
 pub use fibre::Fibre;
-pub use field::{Field, FieldValues, RegionValue, formula_on, formula_values};
+pub use field::{Field, FieldValues, ReadSurface, RegionValue, formula_on, formula_values};
 pub use flow_rule::FlowRule;
 pub use flux::Flux;
 pub use foundation::{Foundation, FoundationTarget};
 pub use green_gauss::GreenGauss;
-pub use growth::{Growth, LengthFactor};
-pub use hold::{DirichletSpec, DirichletValues};
+pub use growth::Growth;
+pub use hold::DirichletSpec;
 pub use inflow::FluxPer;
 pub use internal_variables::InternalVariables;
+pub use length_factor::{DirectedLengthFactor, LengthFactor};
 pub use load::{DeadLoad, Load, LoadForce};
 pub use material::{Material, MaterialField};
-pub use pin::{Axes, Pin, PrescribedDisplacement};
+pub use pin::{Axes, Pin};
+pub use prescribed::{DirichletValues, Pins, PrescribedDisplacement};
 pub use pressure::{FollowerPressure, Pressure};
 pub use ramp::{Ramp, RampFactor};
 pub use region::Region;
 pub use remodelling::{LengthRemodelling, Remodelling};
-pub use spec::{
-    Effect, EffectContext, EffectError, EffectParts, EffectSpec, Measure, Needs, Pins, ReadSurface,
-    kinds,
-};
+pub use spec::{Effect, EffectParts, EffectSpec, Needs, SceneSummary, kinds};
 pub use species_coefficient::WrongCoefficient;
 pub use stretching::{
     BondStretching, Stretching, StretchingModel, StretchingModulus, StretchingWeight,

@@ -10,7 +10,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::ramp::RampFactor;
-use super::{Effect, EffectContext, EffectError, EffectSpec, Needs, Pins, Ramp, Region};
+use super::{
+    Effect, EffectContext, EffectError, EffectSpec, Needs, PrescribedDisplacement, Ramp, Region,
+};
 use crate::Vec3;
 use crate::kinetics::breakpoints::TimeDependence;
 use crate::num::checked::Finite;
@@ -31,63 +33,6 @@ pub struct Pin {
     /// The factor of the displacement in time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ramp: Option<Ramp>,
-}
-
-/// Fixed directions of vertices whose positions are prescribed.
-#[derive(Debug, Clone)]
-pub struct PrescribedDisplacement {
-    vertices: Vec<usize>,
-    axes: [bool; 3],
-    displacement: Vec3,
-    factor: RampFactor,
-}
-
-impl PrescribedDisplacement {
-    /// A vertex and an axis that both prescribe, with different positions at a time up to `until`.
-    #[must_use]
-    pub(crate) fn conflict(&self, other: &Self, until: f64) -> Option<(usize, usize)> {
-        // Both are in ascending order.
-        let shared = |v: &&usize| other.vertices.binary_search(v).is_ok();
-        let vertex = *self.vertices.iter().find(shared)?;
-        let mut times = self.factor.samples(until);
-        times.extend(other.factor.samples(until));
-        let differ = |a: usize| {
-            let at = |one: &Self, t: f64| one.factor.factor_at(t) * one.displacement[a];
-            times.iter().any(|t| {
-                let (mine, theirs) = (at(self, *t), at(other, *t));
-                (mine - theirs).abs() > 1e-12 * mine.abs().max(theirs.abs())
-            })
-        };
-        let axis = (0..3).find(|&a| self.axes[a] && other.axes[a] && differ(a))?;
-        Some((vertex, axis))
-    }
-
-    /// A vertex and an axis of `fixed` along which it leaves the start at a time up to `until`.
-    #[must_use]
-    pub(crate) fn leaves(&self, fixed: &Pins, until: f64) -> Option<(usize, usize)> {
-        let moved = |a: usize| self.axes[a] && self.displacement[a] != 0.0;
-        let both = |v: usize| (0..3).find(|&a| moved(a) && fixed[v][a]).map(|a| (v, a));
-        let shared = self.vertices.iter().find_map(|v| both(*v))?;
-        let leaves = self.factor.samples(until).iter().any(|t| self.factor.factor_at(*t) != 0.0);
-        leaves.then_some(shared)
-    }
-
-    /// Takes its directions out of `fixed`.
-    pub(crate) fn take_from(&self, fixed: &mut Pins) {
-        for &v in &self.vertices {
-            (0..3).filter(|&a| self.axes[a]).for_each(|a| fixed[v][a] = false);
-        }
-    }
-
-    /// Sets the fixed components of `x` to where they are at `time`.
-    pub fn set(&self, rest: &[Vec3], time: f64, x: &mut [Vec3]) {
-        let by = self.factor.factor_at(time) * self.displacement;
-        for &i in &self.vertices {
-            for a in (0..3).filter(|&a| self.axes[a]) {
-                x[i][a] = rest[i][a] + by[a];
-            }
-        }
-    }
 }
 
 /// Directions, as a word made of the letters x, y and z.

@@ -12,7 +12,7 @@ pub use super::{
     Block, BlockMatrix, Contact, Coupling, Effect, EffectContext, EffectError, EffectSpec, Element,
     Elements, Energy, Field, FieldValues, ForceScales, HessianPart, Interaction, InternalVariables,
     Material, MaterialField, Measure, Needs, ParameterField, Pins, Ramp, RampFactor, RankOneTerm,
-    Reads, Region, SeparatedStart, Touching, Transport, VertexField,
+    Reads, Region, SceneSummary, SeparatedStart, Touching, Transport, VertexField,
 };
 pub use crate::Vec3;
 pub use crate::geometry::{Conditions, Shape, lumped_areas};

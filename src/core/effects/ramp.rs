@@ -33,7 +33,7 @@ pub enum Ramp {
 /// use rumple::effects::{RampFactor, Ramp};
 ///
 /// let ramp = Ramp::Formula("min(t/2, 1)".into());
-/// assert_eq!(RampFactor::new(Some(&ramp))?.at(1.0), 0.5);
+/// assert_eq!(RampFactor::new(Some(&ramp))?.factor_at(1.0), 0.5);
 /// # Ok::<(), rumple::effects::EffectError>(())
 /// ```
 #[derive(Debug, Clone, Default)]

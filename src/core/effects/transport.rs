@@ -119,9 +119,19 @@ impl TransportTerm {
     /// On the shape `x`.
     #[must_use]
     pub fn operator_on(&self, sheet: &Sheet, x: &[Vec3]) -> Operator {
-        let mut operator = self.operator();
+        let mut operator = self.transport.operator();
         self.assemble(sheet, x, &mut operator);
         operator
+    }
+
+    /// Whether one operator serves both: [`Transport::has_operator_of`].
+    pub(crate) fn has_operator_of(&self, other: &Self) -> bool {
+        self.transport.has_operator_of(&*other.transport)
+    }
+
+    /// Makes `operator` that of the shape `x`.
+    pub(crate) fn assemble(&self, sheet: &Sheet, x: &[Vec3], operator: &mut Operator) {
+        self.transport.assemble(sheet, x, operator);
     }
 
     /// As [`Transport::diffusivity`]; `None` of a coefficient that reads species.
@@ -133,14 +143,6 @@ impl TransportTerm {
     /// As [`Transport::diffusivity`], without the factor that reads species.
     pub(super) fn transport_diffusivity(&self) -> Option<FieldValues> {
         self.transport.diffusivity()
-    }
-}
-
-impl std::ops::Deref for TransportTerm {
-    type Target = dyn AnyTransport;
-
-    fn deref(&self) -> &Self::Target {
-        self.transport.as_ref()
     }
 }
 
@@ -158,8 +160,8 @@ fn own<O: 'static>(operator: &Operator) -> &O {
 macro_rules! any_transport {
     ($($name:ident($($input:ident: $Input:ty),*) $(-> $Output:ty)?;)*) => {
         /// [`Transport`] with its operator behind a pointer; each method is the one of the same name.
-        #[allow(missing_docs)]
-        pub trait AnyTransport: Send + Sync {
+        pub(crate) trait AnyTransport: Send + Sync {
+            fn diffusivity(&self) -> Option<FieldValues>;
             fn operator(&self) -> Operator;
             fn transport(&self) -> &dyn Any;
             fn has_operator_of(&self, other: &dyn AnyTransport) -> bool;
@@ -176,6 +178,10 @@ macro_rules! any_transport {
                 &self.0
             }
 
+            fn diffusivity(&self) -> Option<FieldValues> {
+                self.0.diffusivity()
+            }
+
             fn has_operator_of(&self, other: &dyn AnyTransport) -> bool {
                 other.transport().downcast_ref().is_some_and(|other| self.0.has_operator_of(other))
             }
@@ -190,6 +196,15 @@ macro_rules! any_transport {
                 self.0.$name($(any_transport!(@given $input $input)),*)
             })*
         }
+
+        impl TransportTerm {
+            $(
+                #[doc = concat!("[`Transport::", stringify!($name), "`].")]
+                pub fn $name(&self, $($input: $Input),*) $(-> $Output)? {
+                    self.transport.$name($($input),*)
+                }
+            )*
+        }
     };
     (@given operator $operator:ident) => { own($operator) };
     (@given $name:ident $input:ident) => { $input };
@@ -200,7 +215,6 @@ any_transport! {
     species() -> usize;
     read_species() -> usize;
     has_sources() -> bool;
-    diffusivity() -> Option<FieldValues>;
     speed_key() -> &'static str;
     flux_edges() -> Vec<[usize; 2]>;
     add_rate(on: (&Sheet, f64), operator: &Operator, c: &[f64], out: &mut [f64]);

@@ -11,7 +11,6 @@ use std::sync::{Arc, OnceLock};
 
 use smallvec::SmallVec;
 
-use super::counters::{self, law, transport};
 use super::error::ModelError;
 use super::mechanics::numbered;
 use super::parameters::{ParameterFields, column};
@@ -73,7 +72,7 @@ impl Chemistry {
         parameters.carry(sheet, location, &kinetics.descriptor().capabilities);
         let which = distinct_operators(&transports);
         let (flagged, tally) = (UnreliableResults::default(), Tally::default());
-        let (law, meters) = (counters::of_law(&tally, ""), Vec::new());
+        let (law, meters) = (tally.meter("law", ""), Vec::new());
         let mut made = Self {
             kinetics,
             parameters,
@@ -137,12 +136,12 @@ impl Chemistry {
     pub(super) fn count_with(&mut self, tally: &Tally) {
         let descriptor = self.kinetics.descriptor();
         self.tally = tally.clone();
-        self.law = counters::of_law(tally, &descriptor.title());
+        self.law = tally.meter("law", &descriptor.title());
         let name = |k: usize| descriptor.species.get(k).map_or("", |s| s.name.as_str());
         let of = |t: &TransportTerm| format!("{} of {}", t.name(), name(t.species()));
         let names: Vec<String> = self.transports.iter().map(of).collect();
         let names = numbered(names.iter().map(String::as_str));
-        self.meters = names.iter().map(|name| counters::of_transport(tally, name)).collect();
+        self.meters = names.iter().map(|name| tally.meter("effect", name)).collect();
         self.signals.count_with(tally);
     }
 
@@ -152,7 +151,7 @@ impl Chemistry {
     }
 
     /// The scope of `what` of transport number k.
-    pub(super) fn transport_scope(&self, k: usize, what: usize) -> Option<Scope> {
+    pub(super) fn transport_scope(&self, k: usize, what: &'static str) -> Option<Scope> {
         self.meters.get(k).map(|meter| meter.scope(what))
     }
 
@@ -291,15 +290,17 @@ impl Chemistry {
         partials: &mut [&mut [f64]],
     ) -> Outcome {
         let what = match (quantity, partials.is_empty()) {
-            (Quantity::Rates, true) => law::RATES,
-            (Quantity::Rates, false) => law::PARTIALS,
-            (Quantity::Feedback(_), true) => law::FACTOR,
-            (Quantity::Feedback(_), false) => law::SLOPES,
-            (Quantity::Observables, _) => law::OBSERVABLES,
+            (Quantity::Rates, true) => "rates",
+            (Quantity::Rates, false) => "derivatives of rates",
+            (Quantity::Feedback(_), true) => "length factor",
+            (Quantity::Feedback(_), false) => "derivatives of the length factor",
+            (Quantity::Observables, _) => "observables",
         };
         let points = species.first().map_or(0, |c| c.as_ref().len());
         let law = &self.law;
-        let _scope = if points <= FEW_POINTS { law.sampled_scope(what) } else { law.scope(what) };
+        law.count(what);
+        let brief = points <= FEW_POINTS;
+        let _scope = if brief { law.sampled_scope() } else { law.uncounted_scope() };
         self.tally.count(|work| {
             (work.law_calls, work.law_sites) = (work.law_calls + 1, work.law_sites + points as u64)
         });
@@ -401,7 +402,7 @@ impl Chemistry {
         let reaction = self.reaction(&c, signals, &mut r).map_err(ModelError::from);
         ModelError::agreed(sheet.reduction(), reaction)?;
         for (k, (term, operator)) in self.transports.iter().zip(surface.operators()).enumerate() {
-            let _scope = self.transport_scope(k, transport::RATE);
+            let _scope = self.transport_scope(k, "rates");
             let added = self.add_transport(on, (term, operator), &c, r[term.species()]);
             match term.read_by_coefficient() {
                 [] => added?,

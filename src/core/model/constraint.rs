@@ -16,13 +16,12 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::counters::energy;
+use super::counters::{self, energy};
 use super::error::ModelError;
 use super::mechanics::Mechanics;
 use crate::effects::{HessianPart, RankOneTerm, Work};
 use crate::geometry::Shape;
 use crate::linear::BlockMatrix;
-use crate::model::counters;
 use crate::reduction::Reduction;
 use crate::tally::Meter;
 use crate::{Vec3, parallel};
@@ -57,7 +56,7 @@ impl Constraints {
             matrix: None,
             meters: mechanics
                 .constraint_names()
-                .map(|name| counters::of_constraint(mechanics.tally(), name))
+                .map(|name| mechanics.tally().meter("effect", &counters::constraint_meter(name)))
                 .collect(),
         }
     }

@@ -6,13 +6,13 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
+use super::Model;
 use super::chemistry::{Chemistry, SignalColumns, Surface};
 use super::error::ModelError;
 use super::parameters::at_vertices;
 use super::potential::Potential;
 use super::signals::Signals;
 use super::state::State;
-use super::{Model, counters};
 use crate::Vec3;
 use crate::effects::{InternalVariables, SPONTANEOUS_CURVATURE};
 use crate::num::{real, whole};
@@ -276,7 +276,7 @@ impl<'a> Evaluation<'a> {
         }
         let shape = self.potential()?.shape(&state.x);
         let of = |term: &dyn InternalVariables, values: &Vec<f64>| {
-            let _scope = counters::of_internal(model.tally(), term.name()).scope(0);
+            let _scope = model.tally().meter("effect", term.name()).scope("rates");
             let mut rates = vec![0.0; values.len()];
             term.rates(&shape, values, &mut rates);
             rates

@@ -4,7 +4,6 @@ use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
-use super::counters;
 use super::rigid::free_motions;
 use crate::Vec3;
 use crate::effects::{EnergyTerm, Pins, PrescribedDisplacement};
@@ -95,7 +94,7 @@ impl Mechanics {
         let read = terms.iter().chain(&constraints).flat_map(|term| term.reads().species);
         let read: BTreeSet<usize> = read.copied().collect();
         let pattern = OnceLock::new();
-        let meters = names.iter().map(|name| counters::of_energy(&tally, name)).collect();
+        let meters = names.iter().map(|name| tally.meter("effect", name)).collect();
         Ok(Arc::new(Self {
             sheet,
             reference,

@@ -156,7 +156,8 @@ impl Model {
     pub fn growth(&self, time: f64) -> Result<Option<Cow<'_, [f64]>>, ModelError> {
         let mut all: Option<Cow<'_, [f64]>> = None;
         for (k, growth) in self.growth.iter().enumerate() {
-            let _scope = counters::of_growth(self.tally(), k).scope(0);
+            let _scope =
+                self.tally().meter("effect", &counters::growth_meter(k)).scope("length factor");
             let factor = growth.at_edges(self.sheet(), time);
             match &mut all {
                 None => all = Some(factor),
@@ -174,11 +175,6 @@ impl Model {
             return Err(ModelError::Growth { vertices, value: factor[e], time });
         }
         Ok(all)
-    }
-
-    /// Names of all growth that is not a law's.
-    pub fn growth_names(&self) -> impl Iterator<Item = String> {
-        (0..self.growth.len()).map(counters::growth_name)
     }
 
     /// What the work on it costs.

@@ -8,7 +8,7 @@ mod contact;
 use std::sync::Arc;
 
 use super::constraint::Constraints;
-use super::counters::{self, energy};
+use super::counters::energy;
 use super::error::ModelError;
 use super::hold::CorotationalForces;
 use super::mechanics::Mechanics;
@@ -57,7 +57,7 @@ impl Potential {
     #[must_use]
     pub fn new(mechanics: &Arc<Mechanics>) -> Self {
         let work = mechanics.terms().iter().map(|_| Work::from(Box::new(()))).collect();
-        let lengths = counters::of_lengths(mechanics.tally());
+        let lengths = mechanics.tally().meter("geometry", "optimal lengths and areas");
         let (metric, time) = (mechanics.reference().clone(), 0.0);
         let constraints = Constraints::new(mechanics);
         let mechanics = Arc::clone(mechanics);
@@ -162,7 +162,7 @@ impl Potential {
     /// gradients, which may be a part of what is.
     fn each(
         &mut self,
-        what: usize,
+        what: &'static str,
         x: &[Vec3],
         mut f: impl FnMut(usize, &dyn AnyEnergy, &mut Work, &Shape<'_>),
     ) {
@@ -331,7 +331,7 @@ impl Potential {
             return Arc::clone(self.mechanics.pattern());
         }
         let mut pairs = Vec::new();
-        self.each_contact((energy::PAIRS, |does| does.pairs), x, |_, term, work, shape| {
+        self.each_contact(("pairs", |does| does.pairs), x, |_, term, work, shape| {
             term.pairs(shape, work, &mut pairs);
         });
         self.mechanics.pattern_with(&pairs)
@@ -410,7 +410,7 @@ impl Potential {
         share: f64,
         flat: f64,
     ) -> bool {
-        let _scope = counters::of_steps(self.mechanics.tally()).scope(0);
+        let _scope = self.mechanics.tally().meter("solver", "check of triangles").scope("steps");
         let triangles = self.sheet().triangles();
         let cross = |x: &[Vec3], t: usize| {
             let [a, b, c] = triangles[t].map(|v| x[v as usize]);

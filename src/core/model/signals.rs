@@ -22,13 +22,12 @@
 
 mod derivatives;
 
-pub use derivatives::Derivatives;
+pub(crate) use derivatives::Derivatives;
 
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::counters;
 use super::potential::Potential;
 use crate::Vec3;
 use crate::effects::{FieldValues, MaterialField};
@@ -133,17 +132,19 @@ impl Signals {
 
     /// Counts what they cost from now on.
     pub(super) fn count_with(&mut self, tally: &Tally) {
-        let each = self.wanted.iter().map(|signal| counters::of_signal(tally, signal.name()));
-        self.meters = std::iter::once(counters::of_curvature(tally)).chain(each).collect();
+        let each = self.wanted.iter().map(|signal| tally.meter("signal", signal.name()));
+        // The geometry that several signals share.
+        let curvature = tally.meter("signal", "curvature of the sheet");
+        self.meters = std::iter::once(curvature).chain(each).collect();
     }
 
     /// The scope of meter number k.
-    fn scope(&self, k: usize, what: usize) -> Option<Scope> {
+    fn scope(&self, k: usize, what: &'static str) -> Option<Scope> {
         self.meters.get(k).map(|meter| meter.scope(what))
     }
 
     /// The curvatures, where they are wanted and can be different from 0.
-    fn curvature(&self, shape: &Shape<'_>, what: usize) -> Option<Curvature> {
+    fn curvature(&self, shape: &Shape<'_>, what: &'static str) -> Option<Curvature> {
         self.reads_curvature().then(|| {
             let _scope = self.scope(0, what);
             let mut curvature = Curvature::evaluate(shape, &self.area);
@@ -182,9 +183,9 @@ impl Signals {
         let shape = &potential.shape(x);
         let count = self.wanted.iter().map(|signal| signal.columns().len()).sum();
         let mut before = std::mem::replace(columns, Vec::with_capacity(count)).into_iter();
-        let curvature = self.curvature(shape, counters::signal::VALUES);
+        let curvature = self.curvature(shape, "values");
         for (k, signal) in self.wanted.iter().enumerate() {
-            let _scope = self.scope(k + 1, counters::signal::VALUES);
+            let _scope = self.scope(k + 1, "values");
             // Where they are counted they are freed.
             before.by_ref().take(signal.columns().len()).for_each(drop);
             match (signal, &curvature) {

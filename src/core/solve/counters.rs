@@ -21,12 +21,12 @@ const SOLUTIONS: &str = "solutions with the Hessian";
 
 /// The scope of one call of a part.
 pub fn part(tally: &Tally, name: &str) -> Scope {
-    meter(tally, name).scope(0)
+    meter(tally, name).scope("calls")
 }
 
 /// The meter of a part.
 pub fn meter(tally: &Tally, name: &str) -> Meter {
-    tally.meter("solver", name, &["calls"])
+    tally.meter("solver", name)
 }
 
 /// The meters of a factor of second derivatives, or what stands for one, and of its solutions.
@@ -42,9 +42,9 @@ pub(super) struct Linear {
 impl Linear {
     pub(super) fn from_tally(tally: &Tally) -> Self {
         Self {
-            factors: tally.meter("solver", FACTORS, &[]),
-            solutions: tally.meter("solver", SOLUTIONS, &[]),
-            matrix: tally.meter("solver", "Hessian and its pattern", &[]),
+            factors: tally.meter("solver", FACTORS),
+            solutions: tally.meter("solver", SOLUTIONS),
+            matrix: tally.meter("solver", "Hessian and its pattern"),
             tally: tally.clone(),
         }
     }
@@ -52,12 +52,12 @@ impl Linear {
     /// The scope of one factorisation.
     pub(super) fn factorise(&self) -> Scope {
         self.tally.count(|work| work.factorisations += 1);
-        self.factors.scope(0)
+        self.factors.uncounted_scope()
     }
 
     /// The scope of one solution.
     pub(super) fn solve(&self) -> Scope {
         self.tally.count(|work| work.solves += 1);
-        self.solutions.scope(0)
+        self.solutions.uncounted_scope()
     }
 }

@@ -79,10 +79,6 @@ impl IntegratorSpec for ExplicitSpec {
         self.method == ExplicitMethod::Euler
     }
 
-    fn parts(&self, _: Storage) -> Vec<String> {
-        vec!["all unknowns move by their rates: no linear system".into()]
-    }
-
     fn at_tolerance(&self, tolerance: Positive, until: Positive) -> Box<dyn IntegratorSpec> {
         let (rtol, atol) = scaled(tolerance, self.rtol, self.atol);
         let step = match self.method {

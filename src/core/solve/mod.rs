@@ -94,11 +94,6 @@ pub trait IntegratorSpec: std::fmt::Debug + Send + Sync {
         false
     }
 
-    /// What its steps are made of under a policy, for people: one line each.
-    fn parts(&self, _policy: Storage) -> Vec<String> {
-        Vec::new()
-    }
-
     /// Whether it solves with the derivatives of the coupled system, those of signals included.
     fn uses_jacobian(&self) -> bool {
         false

@@ -219,7 +219,7 @@ impl Monolithic {
     ) -> Result<StepReport> {
         let tally = workspace.model.tally();
         let meter = self.meter.get_or_insert_with(|| counters::meter(tally, counters::INTEGRATOR));
-        let _scope = meter.scope(0);
+        let _scope = meter.scope("calls");
         let here = |running: &Running| running.at.as_ref() == Some(state);
         if !self.running.as_ref().is_some_and(here) {
             self.restart(workspace, state, until).map_err(|error| match error {

@@ -50,17 +50,15 @@ mod spec;
 mod steady;
 mod step_size;
 
-use growth::Growth;
-use quasi_static::Stabilised;
+use spec::{DEFAULT_TOLERANCE, Growth, Stabilised, Staggered};
 pub use spec::{Method, StaggeredSpec};
 use step_size::{HOPELESS_ERROR, MAX_STEP_GROWTH, shortening};
 
 use serde::{Deserialize, Serialize};
 
-use super::chemistry::{ChemistryMethod, ChemistrySteps, Leap, SteadyChemistry};
+use super::chemistry::{ChemistryMethod, Leap};
 use super::equilibrium::Relaxation;
-use super::incremental_potential::{Motion, MotionMethod, Stepping};
-use super::internal_variables::InternalSteps;
+use super::incremental_potential::{MotionMethod, Stepping};
 use super::rejections::{Cause, Rejection};
 use super::route::Route;
 use super::workspace::DISTANCE_TOLERANCE;
@@ -68,14 +66,12 @@ use super::{
     Integrator, Result, SolveError, StepReport, Workspace, end_of_fixed_step, end_of_step,
 };
 use crate::Vec3;
-use crate::model::{LinearInTime, SignalColumns, State, Storage};
+use crate::model::{LinearInTime, SignalColumns, State};
 use crate::num::checked::Positive;
 use crate::record::{Malformed, Record};
 
 /// Stages of a step are solved as for an error of at least this share of the tolerance.
 const MIN_ERROR: f64 = 1e-3;
-/// The error of the step before the first, for the same.
-const FIRST_ERROR: f64 = 0.1;
 /// A step that must become shorter than this share of the first one gives up.
 const SHORTEST_STEP: f64 = 1e-7;
 /// How far a fixed step may leave a species' valid range and be brought back, relative to its size
@@ -83,8 +79,6 @@ const SHORTEST_STEP: f64 = 1e-7;
 const EULER_SLACK: f64 = 1e-2;
 /// Tolerance of the chemistry within a step, relative to that of the coupling where this is [`DEFAULT_TOLERANCE`].
 const CHEMISTRY_TOLERANCE_SHARE: f64 = 0.02;
-/// The tolerance that a scene has if it gives none.
-const DEFAULT_TOLERANCE: f64 = 1e-2;
 /// Tolerances within a step are not above this share of that of the coupling,
 const LOOSEST_CHEMISTRY_TOLERANCE: f64 = 0.2;
 /// nor, relative to the solution, below this: rounding would not let a step meet them.
@@ -93,30 +87,6 @@ const FINEST_CHEMISTRY_TOLERANCE: f64 = 1e-13;
 /// Steps after which a run rebuilds integrators of diffsol, to be continued from there. They restart in
 /// every step anyway; what is lost is the analysis of their matrices.
 const RENEWED_AFTER: u64 = 100;
-
-/// The staggered integrator.
-struct Staggered {
-    spec: StaggeredSpec,
-    chemistry: ChemistrySteps,
-    /// [`ChemistryMethod::power`] of the chemistry's method.
-    power: f64,
-    /// The next step to try; none before the first.
-    step: Option<f64>,
-    /// The first step tried.
-    first: Option<f64>,
-    /// Error estimate of the last step, in units of the tolerance.
-    error: f64,
-    /// How the shape moves, and by what.
-    shape: MotionMethod,
-    motion: Motion,
-    /// What it keeps where it has no storage.
-    stabilised: Stabilised,
-    growth: Growth,
-    /// Solves for the steady state of a chemistry without storage.
-    steady: SteadyChemistry,
-    internal: InternalSteps,
-    policy: Storage,
-}
 
 /// What later steps depend on.
 #[derive(Debug, Serialize, Deserialize)]

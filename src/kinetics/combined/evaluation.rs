@@ -1,13 +1,11 @@
 //! Rates, feedback and observables of all laws at the points of a batch.
 
-use std::sync::Arc;
-
 use super::{JointKinetics, Part};
 use crate::batch::{Batch, Column};
 use crate::breakpoints::TimeDependence;
 use crate::descriptor::Descriptor;
 use crate::field::Columns;
-use crate::{Feedback, Kinetics, KineticsError, Outcome, Quantity};
+use crate::{Feedback, Kinetics, Outcome, Quantity};
 use rumple_numerics::num::all_finite_from;
 
 impl Part {
@@ -146,18 +144,6 @@ impl Kinetics for JointKinetics {
         };
         let known: Vec<bool> = self.members.iter().map(of).collect();
         !known.contains(&false)
-    }
-
-    fn with_parameters_as_instances(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
-        let mut members = self.members.clone();
-        let mut any = false;
-        for part in &mut members {
-            if let Some(other) = part.kinetics.with_parameters_as_instances()? {
-                (part.kinetics, any) = (Arc::from(other), true);
-            }
-        }
-        let (descriptor, parameters) = (self.descriptor.clone(), self.parameters.clone());
-        Ok(any.then(|| Box::new(Self { descriptor, parameters, members }) as Box<dyn Kinetics>))
     }
 
     fn blamed_law(&self, quantity: Quantity, batch: &Batch<'_>) -> String {

@@ -4,8 +4,8 @@ use std::cell::RefCell;
 use std::collections::{BTreeSet, HashMap};
 
 use super::graph::{Graph, Id};
+use super::law::{FormulaIndex, Law, LawError};
 use super::parse::{self, FormulaError};
-use super::{FormulaIndex, Law, LawError};
 use crate::error::nearest;
 use crate::{Parameter, Signal};
 

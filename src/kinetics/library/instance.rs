@@ -1,20 +1,14 @@
-//! A loaded law with its parameters, and the calls to it.
-//!
-//! The first calls, and later some, are watched: they get copies of their inputs, and what a plugin
-//! writes to these is found; and they are made twice, which finds a plugin that gives something else
-//! now and then. The others borrow the caller's own columns, which costs nothing.
+//! A loaded law with its parameters, and the calls to it, which borrow the caller's own columns.
 
 use std::collections::BTreeMap;
 use std::ffi::c_void;
 use std::ptr;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use smallvec::SmallVec;
 
 use super::Library;
 use super::call::Call;
-use super::inputs::Inputs;
 use crate::batch::{Batch, Column, UNWRITTEN_BITS};
 use crate::descriptor::Descriptor;
 use crate::error::KineticsError;
@@ -28,14 +22,9 @@ pub struct PluginKinetics {
     parameters: Vec<f64>,
     typical: OnceLock<Vec<f64>>,
     instance: *mut c_void,
-    calls: AtomicUsize,
     /// Whether parameters that differ from point to point are handed over as columns.
     pub(super) takes_parameter_columns: bool,
 }
-
-/// This many calls of an instance are watched for changed inputs, and after that every so many.
-const WATCHED_CALLS: usize = 64;
-const WATCH_INTERVAL: usize = 64;
 
 // SAFETY: the boundary demands that instances may be used from any number of threads at once.
 unsafe impl Send for PluginKinetics {}
@@ -74,14 +63,12 @@ impl PluginKinetics {
                 create(parameters.as_ptr(), parameters.len(), &raw mut instance, report)
             })
         })?;
-        let calls = AtomicUsize::new(0);
         let takes_parameter_columns = library.descriptor.capabilities.parameter_fields;
         Ok(Self {
             library: Arc::clone(library),
             parameters,
             typical: OnceLock::new(),
             instance,
-            calls,
             takes_parameter_columns,
         })
     }
@@ -119,7 +106,7 @@ impl PluginKinetics {
         Ok(warning)
     }
 
-    /// Calls the plugin with columns that were checked; twice, if the call is watched.
+    /// Calls the plugin with columns that were checked.
     fn call(
         &self,
         quantity: Quantity,
@@ -127,56 +114,12 @@ impl PluginKinetics {
         values: &mut [&mut [f64]],
         partials: &mut [&mut [f64]],
     ) -> Outcome {
-        let calls = self.calls.fetch_add(1, Ordering::Relaxed);
-        if calls >= WATCHED_CALLS && !calls.is_multiple_of(WATCH_INTERVAL) {
-            return self.call_once(quantity, batch, values, partials, false);
-        }
-        let copies = |columns: &[&mut [f64]]| -> Vec<Vec<f64>> {
-            columns.iter().map(|column| column[..batch.count].to_vec()).collect()
+        let borrow = |column: &Column<'_>| {
+            let (data, stride) = column.parts();
+            abi::Column { data: data.as_ptr(), stride }
         };
-        let (mut values_again, mut partials_again) = (copies(values), copies(partials));
-        let warning = self.call_once(quantity, batch, values, partials, true)?;
-        {
-            let mut values: Vec<_> = values_again.iter_mut().map(|c| &mut c[..]).collect();
-            let mut partials: Vec<_> = partials_again.iter_mut().map(|c| &mut c[..]).collect();
-            self.call_once(quantity, batch, &mut values, &mut partials, true)?;
-        }
-        let first = values.iter().chain(partials.iter());
-        for (output, (first, second)) in
-            first.zip(values_again.iter().chain(&partials_again)).enumerate()
-        {
-            let differs = |(a, b): (&f64, &f64)| a.to_bits() != b.to_bits();
-            if let Some(point) = first.iter().zip(second).position(differs) {
-                let descriptor = &self.library.descriptor;
-                let of_rates = quantity == Quantity::Rates && output < values.len();
-                return Err(KineticsError::Unsteady {
-                    plugin: descriptor.name.clone(),
-                    call: quantity.call(!partials.is_empty()),
-                    quantity: match of_rates {
-                        true => quantity.describe(descriptor, false, output).into(),
-                        false => format!("output {}", output + 1).into(),
-                    },
-                    location: batch.location.noun(),
-                    point: batch.first + point,
-                    first: first[point],
-                    second: second[point],
-                    how: "one call after the other",
-                });
-            }
-        }
-        Ok(warning)
-    }
-
-    /// One call, with copies of the inputs or with the caller's own.
-    fn call_once(
-        &self,
-        quantity: Quantity,
-        batch: &Batch<'_>,
-        values: &mut [&mut [f64]],
-        partials: &mut [&mut [f64]],
-        watched: bool,
-    ) -> Outcome {
-        let inputs = if watched { Inputs::new(batch) } else { Inputs::borrowed(batch) };
+        let inputs: SmallVec<[abi::Column; 8]> =
+            batch.inputs().chain(batch.parameters).map(borrow).collect();
         // What it leaves unwritten must not pass for a result: numbers of an earlier call would.
         let clear =
             |column: &mut &mut [f64]| column[..batch.count].fill(f64::from_bits(UNWRITTEN_BITS));
@@ -195,7 +138,7 @@ impl PluginKinetics {
             first: batch.first,
         };
         let outcome = call.run(|report| {
-            let (batch, values) = (inputs.raw(), values.as_ptr());
+            let (batch, values) = (raw_batch(batch, &inputs), values.as_ptr());
             // SAFETY: columns as the descriptor asks for, each long enough, live over the call.
             unsafe {
                 match self.library.functions(quantity) {
@@ -209,9 +152,6 @@ impl PluginKinetics {
                 }
             }
         });
-        if watched {
-            inputs.check(&self.library.descriptor, name, batch)?;
-        }
         outcome.map_err(|mut error| {
             if let Some(site) = error.site_mut() {
                 let point = site.point.saturating_sub(batch.first);
@@ -220,6 +160,22 @@ impl PluginKinetics {
             }
             error
         })
+    }
+}
+
+/// `batch` as the boundary takes it, with its columns: species, signals, parameters.
+fn raw_batch(batch: &Batch<'_>, columns: &[abi::Column]) -> abi::Batch {
+    let (species, signals) = (batch.species.len(), batch.signals.len());
+    let none = batch.parameters.is_empty();
+    abi::Batch {
+        size: size_of::<abi::Batch>(),
+        count: batch.count,
+        species: columns.as_ptr(),
+        species_count: species,
+        signals: columns[species..].as_ptr(),
+        signal_count: signals,
+        parameters: if none { ptr::null() } else { columns[species + signals..].as_ptr() },
+        parameter_count: batch.parameters.len(),
     }
 }
 
@@ -262,14 +218,5 @@ impl Kinetics for PluginKinetics {
 
     fn typical(&self) -> Option<&[f64]> {
         self.typical.get().map(Vec::as_slice)
-    }
-
-    fn with_parameters_as_instances(&self) -> Result<Option<Box<dyn Kinetics>>, KineticsError> {
-        if !self.takes_parameter_columns {
-            return Ok(None);
-        }
-        let mut twin = Self::new(&self.library, self.parameters.clone())?;
-        twin.takes_parameter_columns = false;
-        Ok(Some(Box::new(twin)))
     }
 }

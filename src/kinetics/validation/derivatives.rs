@@ -26,7 +26,7 @@ const CONVERGENCE_RATIO: f64 = 0.4;
 const SLOPE_NOISE: f64 = 1e-7;
 
 /// Two ways to the same number may differ by this share of the greatest one.
-pub(super) const ROUND_OFF: f64 = 1e-9;
+const ROUND_OFF: f64 = 1e-9;
 
 /// A wrong derivative.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,13 +6,12 @@
 mod derivatives;
 mod determinism;
 mod output_coverage;
-mod parameter_fields;
 mod sample;
 mod validate;
 mod verdict;
 
 pub use sample::Samples;
-pub use validate::{Finding, rates_in_order, validate};
+pub use validate::{Finding, validate};
 pub use verdict::Verdict;
 
 use super::{Batch, Kinetics, KineticsError, Quantity};
@@ -21,8 +20,7 @@ use super::{Batch, Kinetics, KineticsError, Quantity};
 const TRIAL_POINTS: usize = 64;
 
 /// Inspects a law at given inputs: whether it gives the same result twice and from several threads,
-/// whether it writes what it must and reads parameters where they differ, and whether its derivatives
-/// are those of its rates. What a run can live with is returned as a note.
+/// whether it writes what it must, and whether its derivatives are those of its rates. What a run can live with is returned as a note.
 ///
 /// # Errors
 /// What the law reports, and [`KineticsError::Unsteady`] if results differ.
@@ -55,9 +53,6 @@ pub fn trial(kinetics: &dyn Kinetics, batch: &Batch<'_>) -> Result<Vec<String>, 
             other => other,
         };
         output_coverage::check(kinetics, &part).map_err(number)?;
-        if !parameters.is_empty() {
-            parameter_fields::as_instances(kinetics, &part)?;
-        }
         let law = kinetics.descriptor();
         let mut wrong = Vec::new();
         for quantity in Quantity::ALL.into_iter().filter(|quantity| quantity.has_partials(law)) {

@@ -48,8 +48,8 @@ impl NewtonSolver {
     pub(super) fn new(shared: &Arc<Shared>, options: &Arc<Options>, spare: SharedFactor) -> Self {
         let tally = options.tally.clone();
         let meters = Some([
-            tally.meter("solver", "factors of coupled systems", &[]),
-            tally.meter("solver", "solutions of coupled systems", &[]),
+            tally.meter("solver", "factors of coupled systems"),
+            tally.meter("solver", "solutions of coupled systems"),
         ]);
         Self {
             options: Some(Arc::clone(options)),
@@ -62,7 +62,7 @@ impl NewtonSolver {
     }
 
     fn factorised(&self, matrix: ShiftedJacobian<'_>) -> Result<Factor> {
-        let _scope = self.meters.as_ref().map(|[factor, _]| factor.scope(0));
+        let _scope = self.meters.as_ref().map(|[factor, _]| factor.uncounted_scope());
         if !matrix.is_finite() {
             return Err(OdeError::NotFinite);
         }
@@ -115,7 +115,11 @@ impl LinearSolver<IterationMatrix> for NewtonSolver {
     fn solve_in_place(&self, x: &mut Unknowns) -> Result<(), LaError> {
         let x = x.inner_mut().as_mut_slice();
         let begin = |meter: &Meter| {
-            if x.len() <= UNTIMED_UNKNOWNS { meter.sampled_scope(0) } else { meter.scope(0) }
+            if x.len() <= UNTIMED_UNKNOWNS {
+                meter.sampled_scope()
+            } else {
+                meter.uncounted_scope()
+            }
         };
         let _scope = self.meters.as_ref().map(|[_, solution]| begin(solution));
         match &mut *self.factor.borrow_mut() {

@@ -10,10 +10,10 @@ use super::key::Key;
 use super::refusals::OPTION_NAME;
 use crate::kinetics::PluginSearch;
 use crate::model::{Model, Potential, State};
-use crate::run::{Error, Result, setup};
+use crate::run::{Result, setup};
 use crate::scene::Scene;
 use crate::sheet::Sheet;
-use crate::solve::continuation::{Family, ReactingFamily, Unknowns, imbalance};
+use crate::solve::continuation::{Unknowns, imbalance};
 use crate::tally::Tally;
 
 /// A scene over the values of a key.
@@ -36,7 +36,7 @@ impl SceneFamily {
     /// A value that the scene cannot have, with its place.
     pub(super) fn member(&self, parameter: f64) -> Result<(Model, State)> {
         let over = self.key.set(parameter);
-        let scene = Scene::varied_by(&self.file, &self.set, &over, OPTION_NAME)?;
+        let scene = Scene::varied(&self.file, &self.set, &over, OPTION_NAME)?;
         let with = (&self.search, &self.tally);
         let (model, state) = setup::model(&scene, &self.sheet, with)?;
         Ok((model, State { time: self.time_at(parameter), ..state }))
@@ -57,12 +57,9 @@ impl SceneFamily {
     fn time_at(&self, parameter: f64) -> f64 {
         if self.key.is_time { parameter } else { self.time }
     }
-}
 
-impl Family for SceneFamily {
-    type Error = Error;
-
-    fn potential(&mut self, parameter: f64) -> Result<Potential> {
+    /// The potential at the value `parameter`.
+    pub(super) fn potential(&self, parameter: f64) -> Result<Potential> {
         let (model, _) = self.member(parameter)?;
         let time = self.time_at(parameter);
         let factor = model.growth(time)?;
@@ -70,12 +67,9 @@ impl Family for SceneFamily {
         potential.set_conditions(factor.as_deref(), time);
         Ok(potential)
     }
-}
 
-impl ReactingFamily for SceneFamily {
-    type Error = Error;
-
-    fn model(&mut self, parameter: f64) -> Result<(Arc<Model>, f64)> {
+    /// The model at the value `parameter`, with the time at which it is evaluated.
+    pub(super) fn model(&self, parameter: f64) -> Result<(Arc<Model>, f64)> {
         let (model, state) = self.member(parameter)?;
         Ok((Arc::new(model), state.time))
     }

@@ -51,7 +51,7 @@ impl Key {
         let scene = Scene::load(file, set)?;
         let over = key.set(value);
         let target =
-            Scene::overridden_keys_by(file, set, &over, OPTION_NAME)?.pop().unwrap_or_default();
+            Scene::overridden_keys(file, set, &over, OPTION_NAME)?.pop().unwrap_or_default();
         if target == "sheet" || target.starts_with("sheet.") {
             let message = "it makes another mesh or another start, and a branch is one of equilibria on one mesh";
             let help = "rumple sweep runs the scene over such a key";
@@ -75,7 +75,7 @@ impl Key {
             None if found.iter().any(|(path, _)| within(path)) => "a table or a list".to_owned(),
             None => {
                 // A key that the scene can have, and leaves out; or one that it cannot have.
-                Scene::varied_by(file, set, &over, OPTION_NAME)?;
+                Scene::varied(file, set, &over, OPTION_NAME)?;
                 return Ok(key);
             }
         };

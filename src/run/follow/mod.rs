@@ -72,7 +72,7 @@ impl Follow {
             return Err(Error::Refused(message));
         }
         request.check(from)?;
-        let scene = Scene::varied_by(file, set, &key.set(from), refusals::OPTION_NAME)?;
+        let scene = Scene::varied(file, set, &key.set(from), refusals::OPTION_NAME)?;
         let mut simulation = Simulation::new(&scene, search)?;
         refusals::check_scene(&scene, &simulation)?;
         if request.measure == Some(Measure::Volume) && simulation.sheet().boundary().contains(&true)
@@ -181,10 +181,12 @@ impl Follow {
             let forward = request.to > *from;
             if species.is_empty() {
                 let start = (start.x, *from);
+                let family = move |parameter| family.potential(parameter);
                 let branch = Continuation::new(family, start, forward, settings, &control)?;
                 walk::walk(request, branch, record, told)
             } else {
                 let start = (start, *from);
+                let family = move |parameter| family.model(parameter);
                 let branch = Continuation::of_species(family, start, forward, settings, &control)?;
                 walk::walk(request, branch, record, told)
             }

@@ -40,8 +40,8 @@ pub(super) fn check_scene(scene: &Scene, simulation: &Simulation) -> Result<(), 
             let number = number.or_else(|| owner(|effect| effect.constraints, constraint?));
             let (path, name) = effect(scene, number);
             let message = format!("branches of equilibria are not followed with {name}: {why}");
-            let help = "of an effect volume with a stiffness in place of exact = true they are";
-            at(&path, &message, (name == "volume").then_some(help))
+            let help = "give it a stiffness in place of exact = true";
+            at(&path, &message, constraint.map(|_| help))
         }
         other => Ok(other?),
     }

@@ -105,7 +105,7 @@ impl EnergyBalance {
         if drag && mechanics.constraints().iter().any(|term| term.reads().time) {
             let message = "under drag the work of a constraint whose target changes with time is not accounted for: \
                            its multiplier is that of the shape at rest";
-            let help = "give the volume a stiffness in place of exact = true, or leave energy out";
+            let help = "give it a stiffness in place of exact = true, or leave energy out";
             return Err(scene.error_at("invariants.energy", message, Some(help)).into());
         }
         let (species, loads) = (!mechanics.species().is_empty(), mechanics.depends_on_time());

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::energy::EnergyBalance;
-use super::shape::{FreeBalance, GaussBonnet, NoCrossings};
+use super::shape::{FreeBalance, NoCrossings};
 use super::totals::Total;
 use super::{BrokenInvariant, InspectedStep, Monitor, Reading};
 use crate::Stepper;
@@ -45,7 +45,7 @@ impl Invariants {
     pub(crate) fn new(scene: &Scene, stepper: &mut Stepper) -> Result<Option<Self>> {
         let Stepper { workspace, state, .. } = stepper;
         let Some(spec) = &scene.invariants else { return Ok(None) };
-        let InvariantsSpec { every, energy, force, gauss_bonnet, crossings, totals } = spec;
+        let InvariantsSpec { every, energy, force, crossings, totals } = spec;
         let model = workspace.model.clone();
         let mut all = Vec::new();
         let mut list = |key: &str, bound: Bound, monitor: Box<dyn Monitor>| {
@@ -55,7 +55,6 @@ impl Invariants {
         let refusals = [
             (energy, "energy", Some("no effect of the scene has an energy")),
             (force, "force", Some("no effect of the scene has a force")),
-            (gauss_bonnet, "gauss-bonnet", None),
             (crossings, "crossings", None),
         ];
         for (_, key, needs_force) in refusals.iter().filter(|(bound, ..)| bound.is_some()) {
@@ -75,9 +74,6 @@ impl Invariants {
         }
         if let Some(bound) = force {
             list("force", *bound, Box::new(FreeBalance));
-        }
-        if let Some(bound) = gauss_bonnet {
-            list("gauss-bonnet", *bound, Box::new(GaussBonnet));
         }
         if let Some(bound) = crossings {
             list("crossings", *bound, Box::new(NoCrossings::new(model.sheet())));

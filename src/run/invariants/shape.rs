@@ -1,8 +1,7 @@
-//! Laws of one shape: a free sheet pulls on nothing, Gauss and Bonnet, no crossings.
+//! Laws of one shape: a free sheet pulls on nothing, no crossings.
 //!
 //! ```text
-//! forces         max( |Σ f_i| / Σ |f_i|,  |Σ (x_i - x̄) × f_i| / Σ |x_i - x̄| |f_i| ) = 0
-//! Gauss-Bonnet   Σ angle defects inside + Σ turning along the boundary = 2πχ
+//! max( |Σ f_i| / Σ |f_i|,  |Σ (x_i - x̄) × f_i| / Σ |x_i - x̄| |f_i| ) = 0
 //! ```
 //!
 //! with the force f_i = -∂U/∂x_i of every effect on every vertex in the denominators, and their sum in the
@@ -12,7 +11,8 @@
 
 use super::{InspectedStep, Monitor, Reading};
 use crate::Vec3;
-use crate::geometry::{Crossings, TotalCurvature};
+use crate::effects::NO_CROSSINGS_ADVICE;
+use crate::geometry::Crossings;
 use crate::num::real;
 use crate::run::Result;
 use crate::sheet::Sheet;
@@ -69,40 +69,6 @@ impl Monitor for FreeBalance {
     }
 }
 
-/// The theorem of Gauss and Bonnet.
-pub(super) struct GaussBonnet;
-
-/// A sum of angles is exact to that.
-const ROUND_OFF: f64 = 1e-9;
-
-impl Monitor for GaussBonnet {
-    fn law(&self) -> (String, &'static str) {
-        let advice = "round-off of a million triangles is below 1e-9; where a triangle has lost a side, use a finer mesh or \
-                      a smoother length factor";
-        ("the theorem of Gauss and Bonnet (radians)".into(), advice)
-    }
-
-    fn columns(&self) -> Vec<String> {
-        vec!["Gauss-Bonnet defect [rad]".into()]
-    }
-
-    fn inspect(&mut self, step: &mut InspectedStep<'_>, _: &mut Vec<f64>) -> Result<Reading> {
-        let sheet = step.workspace.model.sheet();
-        let TotalCurvature { defect, worst } = TotalCurvature::evaluate(sheet, &step.after.x);
-        let place = match worst {
-            None if defect.abs() < ROUND_OFF => {
-                "every triangle is sound, and this is round-off: no step is better".to_owned()
-            }
-            None => "though every triangle is sound: the topology contradicts itself".to_owned(),
-            Some(t) => format!(
-                "triangle {t} (vertices {:?}) has angles that do not add up to pi",
-                sheet.triangles()[t]
-            ),
-        };
-        Ok(Reading { row: vec![defect], value: defect.abs(), place })
-    }
-}
-
 /// A sheet does not pass through itself; with the tree of boxes.
 pub(super) struct NoCrossings(Crossings);
 
@@ -118,7 +84,7 @@ impl Monitor for NoCrossings {
         (
             "the rule that a sheet does not pass through itself (pairs of triangles that cross)"
                 .into(),
-            "list the effect `contact`, end the run before, or change what folds it",
+            NO_CROSSINGS_ADVICE,
         )
     }
 

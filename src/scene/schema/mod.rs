@@ -9,7 +9,7 @@ mod definitions;
 mod meaning;
 mod numbers;
 mod probe;
-mod table;
+mod values;
 
 use serde_json::{Map, Value as Json, json};
 
@@ -26,10 +26,10 @@ pub fn schema() -> Json {
     let mut tables = Map::new();
     for (table, reader) in READERS {
         let meanings = Meanings::of_table(table);
-        tables.insert(table.to_owned(), probe::describe(&Probe::new(reader), &meanings).schema);
+        tables.insert(table.to_owned(), values::describe(&Probe::new(reader), &meanings).schema);
     }
     let effect = Probe::new(|node| choose::<dyn EffectSpec>(node, None).err());
-    let effect = probe::describe(&effect, &Meanings::of_table("effect")).schema;
+    let effect = values::describe(&effect, &Meanings::of_table("effect")).schema;
     tables.insert("effect".to_owned(), json!({ "type": "array", "items": effect }));
     debug_assert!(TABLES.iter().all(|table| tables.contains_key(*table)));
     let mut schema = json!({

@@ -3,10 +3,8 @@
 //! A value is refused where the reader's problem is about that very place: of another type, out of range, an unknown
 //! name. A problem elsewhere, as of a key that is missing beside it, says nothing about the value.
 
-use serde_json::{Value as Json, json};
+use serde_json::Value as Json;
 
-use super::meaning::Meanings;
-use super::{numbers, table};
 use crate::document::{DocumentError, Key, Node, Place, Segment, Value};
 use crate::scene::misplaced_key::Reader;
 
@@ -18,9 +16,6 @@ const MAX_DEPTH: usize = 12;
 
 /// Keys of regions that are made of others.
 const COMBINATIONS: [&str; 3] = ["all-of", "any-of", "not"];
-
-/// Texts of which every free text takes one: any, an axis, a formula.
-const FREE_TEXTS: [&str; 4] = [UNKNOWN_WORD, "x", "1", "a.vtu"];
 
 /// A place to which values can be given.
 #[derive(Clone)]
@@ -59,17 +54,18 @@ impl Probe {
         below
     }
 
-    fn item(&self) -> Self {
+    pub(super) fn item(&self) -> Self {
         let mut below = self.clone();
         below.steps.push(Step::Item);
         below
     }
 
-    /// Whether it stands in a region of a region of a region: regions within others are described once.
-    fn recurs(&self) -> bool {
+    /// Whether it is below so many others, or in a region of a region of a region: regions within others are described once.
+    pub(super) fn is_too_deep(&self) -> bool {
         let combines = |step: &&Step| matches!(step, Step::Key(key, _) if COMBINATIONS.contains(&key.as_str()));
-        self.steps.last().as_ref().is_some_and(combines)
-            && self.steps.iter().filter(combines).count() > 1
+        let recurs = self.steps.last().as_ref().is_some_and(combines)
+            && self.steps.iter().filter(combines).count() > 1;
+        recurs || self.steps.len() > MAX_DEPTH
     }
 
     /// What is wrong if `value` stands here, wherever it is wrong.
@@ -124,77 +120,4 @@ pub(super) fn table_of(entries: Vec<(String, Value)>) -> Value {
     let place = Place { source: 0, span: 0..0 };
     let entry = |(name, value)| (Key { name, place: place.clone() }, node(value));
     Value::Table(entries.into_iter().map(entry).collect())
-}
-
-/// What can stand at a place.
-pub(super) fn describe(probe: &Probe, meanings: &Meanings) -> Described {
-    if probe.steps.len() > MAX_DEPTH || probe.recurs() {
-        return Described { schema: json!({}), example: None };
-    }
-    let mut all = Vec::new();
-    all.extend(texts(probe));
-    all.extend(truths(probe));
-    all.extend(numbers::numbers(probe));
-    all.extend(table::tables(probe, meanings));
-    all.extend(list(probe, meanings));
-    let example = all.iter_mut().find_map(|one| one.example.take());
-    let mut schemas: Vec<Json> = all.into_iter().map(|one| one.schema).collect();
-    let mut schema = match schemas.len() {
-        0 => json!({}),
-        1 => schemas.remove(0),
-        _ => json!({ "anyOf": schemas }),
-    };
-    if let (Some(text), Json::Object(object)) = (meanings.own_text(), &mut schema) {
-        object.insert("description".to_owned(), text.into());
-    }
-    Described { schema, example }
-}
-
-/// Names, or any text.
-fn texts(probe: &Probe) -> Option<Described> {
-    let text = |text: &str| Value::String(text.to_owned());
-    if let Some(names) = probe.names() {
-        // Some of them need a value, and so a table.
-        let alone = |name: &String| {
-            !probe.problem(text(name)).is_some_and(|problem| probe.concerns(&problem))
-        };
-        let names: Vec<String> = names.into_iter().filter(alone).collect();
-        let first = names.first().map(|name| text(name));
-        return first
-            .map(|first| Described { schema: json!({ "enum": names }), example: Some(first) });
-    }
-    let taken = FREE_TEXTS.into_iter().find(|one| probe.refusal(text(one)).is_none())?;
-    Some(Described { schema: json!({ "type": "string" }), example: Some(text(taken)) })
-}
-
-/// `true`, `false` or both.
-fn truths(probe: &Probe) -> Option<Described> {
-    let taken = |value: &bool| probe.refusal(Value::Boolean(*value)).is_none();
-    let all: Vec<bool> = [true, false].into_iter().filter(taken).collect();
-    let schema = if all.len() == 2 { json!({ "type": "boolean" }) } else { json!({ "enum": all }) };
-    all.first().map(|first| Described { schema, example: Some(Value::Boolean(*first)) })
-}
-
-/// A list, with the numbers of elements that it can have.
-fn list(probe: &Probe, meanings: &Meanings) -> Option<Described> {
-    const MAX_ENTRIES: usize = 6;
-    let of = |item: &Value, length| Value::Array(vec![node(item.clone()); length]);
-    // Of a wrong element the reader complains about that, not about the list.
-    let wrong = Value::Date(String::new());
-    if [0, 1].into_iter().all(|length| probe.refusal(of(&wrong, length)).is_some()) {
-        return None;
-    }
-    let item = describe(&probe.item(), meanings);
-    let mut schema = json!({ "type": "array", "items": item.schema });
-    let example = item.example?;
-    let fits = |length: &usize| probe.refusal(of(&example, *length)).is_none();
-    let lengths: Vec<usize> = (0..=MAX_ENTRIES).filter(fits).collect();
-    let (least, most) = (*lengths.first()?, *lengths.last()?);
-    if least > 0 {
-        schema["minItems"] = least.into();
-    }
-    if most < MAX_ENTRIES {
-        schema["maxItems"] = most.into();
-    }
-    Some(Described { schema, example: Some(of(&example, least)) })
 }

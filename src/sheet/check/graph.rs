@@ -36,14 +36,14 @@ impl Edges {
 }
 
 /// Disjoint sets; the root of a set is its smallest member.
-pub(crate) struct DisjointSets(Vec<u32>);
+pub(super) struct DisjointSets(Vec<u32>);
 
 impl DisjointSets {
-    pub(crate) fn new(size: usize) -> Self {
+    pub(super) fn new(size: usize) -> Self {
         Self((0..size).map(index).collect())
     }
 
-    pub(crate) fn root(&mut self, mut i: usize) -> usize {
+    pub(super) fn root(&mut self, mut i: usize) -> usize {
         while self.0[i] as usize != i {
             self.0[i] = self.0[self.0[i] as usize];
             i = self.0[i] as usize;
@@ -51,7 +51,7 @@ impl DisjointSets {
         i
     }
 
-    pub(crate) fn join(&mut self, a: usize, b: usize) {
+    pub(super) fn join(&mut self, a: usize, b: usize) {
         let (a, b) = (self.root(a), self.root(b));
         self.0[a.max(b)] = index(a.min(b));
     }

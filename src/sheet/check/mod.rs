@@ -22,13 +22,11 @@ use super::surface::{Attributes, Surface};
 use crate::{Sheet, SheetError};
 use graph::Edges;
 
-pub(crate) use graph::DisjointSets;
-
 /// Quality below which a triangle counts as a needle: an angle below two degrees.
 const NEEDLE_QUALITY: f64 = 0.05;
 
 /// Places that are kept of one kind of fault.
-pub(crate) const MAX_PLACES: usize = 5;
+const MAX_PLACES: usize = 5;
 
 /// The kinds of faults.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -68,7 +66,7 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// What to do by hand about a fault that no repair mends.
+    /// What to do about it in a program for meshes.
     #[must_use]
     pub fn advice(self) -> Option<&'static str> {
         Some(match self {
@@ -82,8 +80,7 @@ impl Fault {
             }
             Self::NotOrientable => "A sheet has two sides: cut a one-sided surface along a line",
             Self::SeveralComponents => {
-                "A sheet is one part: a larger --small removes all but the largest, or --merge-distance joins parts that \
-                 nearly touch"
+                "A sheet is one part: remove all but the largest, or merge vertices of parts that nearly touch"
             }
             Self::ZeroArea => "Give these triangles an area, or remove them and close the hole",
             Self::NonFinite => "Give these vertices finite coordinates",
@@ -132,15 +129,7 @@ impl fmt::Display for Finding {
 /// that do not exist.
 #[must_use]
 pub fn examine(surface: &Surface) -> (Vec<Finding>, Vec<[u32; 3]>) {
-    examine_numbered(surface, &[])
-}
-
-/// As [`examine`]; triangle t has the number `numbers[t]` in the file, or t where there are none.
-pub(crate) fn examine_numbered(
-    surface: &Surface,
-    numbers: &[u32],
-) -> (Vec<Finding>, Vec<[u32; 3]>) {
-    let mut found = Findings { surface, numbers, list: Vec::new() };
+    let mut found = Findings { surface, list: Vec::new() };
     let mut triangles = surface.triangles.clone();
     if surface.points.is_empty() || triangles.is_empty() {
         found.report(Fault::Empty, "the mesh has no points or no triangles", 1, std::iter::empty());
@@ -178,8 +167,6 @@ fn repetitions<K: Eq + Hash>(keys: impl ExactSizeIterator<Item = K>) -> Vec<[usi
 
 struct Findings<'a> {
     surface: &'a Surface,
-    /// Numbers of the triangles in the file.
-    numbers: &'a [u32],
     list: Vec<Finding>,
 }
 
@@ -192,10 +179,9 @@ impl Findings<'_> {
     }
 
     fn triangle(&self, t: usize) -> String {
-        let number = self.numbers.get(t).map_or(t, |&number| number as usize);
         match self.surface.triangle_lines.get(t) {
-            Some(line) => format!("triangle {number} (line {line})"),
-            None => format!("triangle {number}"),
+            Some(line) => format!("triangle {t} (line {line})"),
+            None => format!("triangle {t}"),
         }
     }
 

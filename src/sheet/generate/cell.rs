@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rumple_numerics::Vec3;
 
 use super::density::edge_length;
-use super::domain::{Domain, periodic};
+use super::domain::{Domain, Frame, periodic};
 use super::irregular::too_narrow;
 use crate::SheetError;
 
@@ -15,7 +15,7 @@ const FEWEST_ACROSS: usize = 8;
 /// One period, around the origin.
 pub(super) struct Cell {
     size: [f64; 2],
-    edge: f64,
+    frame: Frame,
 }
 
 impl Cell {
@@ -26,22 +26,14 @@ impl Cell {
                 return Err(too_narrow(what, length / edge, FEWEST_ACROSS, vertices));
             }
         }
-        Ok(Self { size, edge })
+        let half = Vec3::new(0.5 * size[0], 0.5 * size[1], 0.0);
+        Ok(Self { size, frame: Frame::new(Vec::new(), edge, 0, [-half, half]) })
     }
 }
 
 impl Domain for Cell {
-    fn edge(&self) -> f64 {
-        self.edge
-    }
-
-    fn euler_characteristic(&self) -> i64 {
-        0
-    }
-
-    fn bounds(&self) -> [Vec3; 2] {
-        let half = Vec3::new(0.5 * self.size[0], 0.5 * self.size[1], 0.0);
-        [-half, half]
+    fn frame(&self) -> &Frame {
+        &self.frame
     }
 
     fn sample(&self, rng: &mut ChaCha8Rng) -> Option<Vec3> {
@@ -70,7 +62,7 @@ impl Domain for Cell {
     }
 
     fn triangles(&self, points: &[Vec3]) -> Vec<[u32; 3]> {
-        periodic(points, self.size, self.edge)
+        periodic(points, self.size, self.frame.edge)
     }
 
     fn period(&self) -> [f64; 2] {

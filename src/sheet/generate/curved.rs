@@ -18,7 +18,7 @@ use rumple_numerics::Vec3;
 use rumple_numerics::num::{real, whole};
 
 use super::density::edge_length;
-use super::domain::{Domain, delaunay, periodic};
+use super::domain::{Domain, Frame, delaunay, periodic};
 use super::flip::delaunay_in_space;
 use super::irregular::too_narrow;
 use super::sphere::on_sphere;
@@ -38,8 +38,7 @@ const QUADRATURE_POINTS: usize = 400;
 pub(super) struct Cap {
     radius: f64,
     height: f64,
-    fixed: Vec<Vec3>,
-    edge: f64,
+    frame: Frame,
 }
 
 impl Cap {
@@ -64,7 +63,8 @@ impl Cap {
             let angle = TAU * real(i) / real(count);
             Vec3::new(rim * angle.cos(), rim * angle.sin(), radius - height)
         });
-        Ok(Self { radius, height, fixed: fixed.collect(), edge })
+        let bounds = [Vec3::new(-radius, -radius, radius - height), Vec3::repeat(radius)];
+        Ok(Self { radius, height, frame: Frame::new(fixed.collect(), edge, 1, bounds) })
     }
 
     /// Angle at the centre of the sphere between the apex and the boundary.
@@ -74,21 +74,8 @@ impl Cap {
 }
 
 impl Domain for Cap {
-    fn fixed(&self) -> &[Vec3] {
-        &self.fixed
-    }
-
-    fn edge(&self) -> f64 {
-        self.edge
-    }
-
-    fn euler_characteristic(&self) -> i64 {
-        1
-    }
-
-    fn bounds(&self) -> [Vec3; 2] {
-        let r = self.radius;
-        [Vec3::new(-r, -r, r - self.height), Vec3::repeat(r)]
+    fn frame(&self) -> &Frame {
+        &self.frame
     }
 
     fn sample(&self, rng: &mut ChaCha8Rng) -> Option<Vec3> {
@@ -102,7 +89,7 @@ impl Domain for Cap {
     fn constrain(&self, point: Vec3) -> Vec3 {
         let axial = point.x.hypot(point.y);
         let most = Self::half_opening(self.radius, self.height)
-            - BOUNDARY_MARGIN * self.edge / self.radius;
+            - BOUNDARY_MARGIN * self.frame.edge / self.radius;
         let angle = axial.atan2(point.z).min(most);
         let r = self.radius * angle.sin() / axial.max(f64::MIN_POSITIVE);
         Vec3::new(r * point.x, r * point.y, self.radius * angle.cos())
@@ -126,7 +113,7 @@ impl Domain for Cap {
 pub(super) struct Torus {
     major: f64,
     minor: f64,
-    edge: f64,
+    frame: Frame,
 }
 
 impl Torus {
@@ -143,7 +130,8 @@ impl Torus {
                 return Err(too_narrow(&what, length / edge, FEWEST_AROUND, vertices));
             }
         }
-        Ok(Self { major, minor, edge })
+        let high = Vec3::new(major + minor, major + minor, minor);
+        Ok(Self { major, minor, frame: Frame::new(Vec::new(), edge, 0, [-high, high]) })
     }
 
     /// Period of the chart along v.
@@ -162,17 +150,8 @@ impl Torus {
 }
 
 impl Domain for Torus {
-    fn edge(&self) -> f64 {
-        self.edge
-    }
-
-    fn euler_characteristic(&self) -> i64 {
-        0
-    }
-
-    fn bounds(&self) -> [Vec3; 2] {
-        let high = Vec3::new(self.major + self.minor, self.major + self.minor, self.minor);
-        [-high, high]
+    fn frame(&self) -> &Frame {
+        &self.frame
     }
 
     fn sample(&self, rng: &mut ChaCha8Rng) -> Option<Vec3> {
@@ -193,7 +172,7 @@ impl Domain for Torus {
     fn triangles(&self, points: &[Vec3]) -> Vec<[u32; 3]> {
         let flat: Vec<Vec3> = points.iter().map(|p| self.chart(p)).collect();
         // Edges are longest in the chart where the torus is narrowest.
-        let edge = self.edge / (self.major - self.minor);
+        let edge = self.frame.edge / (self.major - self.minor);
         periodic(&flat, [TAU, self.period()], edge)
     }
 }
@@ -201,7 +180,7 @@ impl Domain for Torus {
 /// An ellipsoid around the origin.
 pub(super) struct Ellipsoid {
     axes: Vec3,
-    edge: f64,
+    frame: Frame,
 }
 
 impl Ellipsoid {
@@ -215,7 +194,7 @@ impl Ellipsoid {
             let what = "a circle with the smallest radius of curvature";
             return Err(too_narrow(what, sharpest / edge, FEWEST_AROUND, vertices));
         }
-        Ok(Self { axes, edge })
+        Ok(Self { axes, frame: Frame::new(Vec::new(), edge, 2, [-axes, axes]) })
     }
 
     /// Area over that of the unit sphere at the point of direction `u`.
@@ -240,16 +219,8 @@ impl Ellipsoid {
 }
 
 impl Domain for Ellipsoid {
-    fn edge(&self) -> f64 {
-        self.edge
-    }
-
-    fn euler_characteristic(&self) -> i64 {
-        2
-    }
-
-    fn bounds(&self) -> [Vec3; 2] {
-        [-self.axes, self.axes]
+    fn frame(&self) -> &Frame {
+        &self.frame
     }
 
     fn sample(&self, rng: &mut ChaCha8Rng) -> Option<Vec3> {

@@ -8,7 +8,7 @@ use rumple_numerics::Vec3;
 use rumple_numerics::num::{real, whole};
 
 use super::density::edge_length;
-use super::domain::{Domain, periodic};
+use super::domain::{Domain, Frame, periodic};
 use super::irregular::too_narrow;
 use crate::SheetError;
 
@@ -27,8 +27,7 @@ pub(super) struct Strip {
     radius: Option<f64>,
     around: f64,
     half: f64,
-    fixed: Vec<Vec3>,
-    edge: f64,
+    frame: Frame,
 }
 
 impl Strip {
@@ -73,29 +72,18 @@ impl Strip {
             (0..count).map(move |i| Vec3::new(around * (real(i) + turn) / real(count), y, 0.0))
         };
         let fixed = boundary(0.0, -half).chain(boundary(0.5, half)).collect();
-        Ok(Self { radius, around, half, fixed, edge })
+        let bounds = [Vec3::new(0.0, -half, 0.0), Vec3::new(around, half, 0.0)];
+        Ok(Self { radius, around, half, frame: Frame::new(fixed, edge, 0, bounds) })
     }
 }
 
 impl Domain for Strip {
-    fn fixed(&self) -> &[Vec3] {
-        &self.fixed
-    }
-
-    fn edge(&self) -> f64 {
-        self.edge
-    }
-
-    fn euler_characteristic(&self) -> i64 {
-        0
-    }
-
-    fn bounds(&self) -> [Vec3; 2] {
-        [Vec3::new(0.0, -self.half, 0.0), Vec3::new(self.around, self.half, 0.0)]
+    fn frame(&self) -> &Frame {
+        &self.frame
     }
 
     fn sample(&self, rng: &mut ChaCha8Rng) -> Option<Vec3> {
-        let reach = self.half - BOUNDARY_MARGIN * self.edge;
+        let reach = self.half - BOUNDARY_MARGIN * self.frame.edge;
         let y = reach * (2.0 * rng.random::<f64>() - 1.0);
         Some(Vec3::new(self.around * rng.random::<f64>(), y, 0.0))
     }
@@ -111,7 +99,7 @@ impl Domain for Strip {
     }
 
     fn constrain(&self, point: Vec3) -> Vec3 {
-        let reach = self.half - BOUNDARY_MARGIN * self.edge;
+        let reach = self.half - BOUNDARY_MARGIN * self.frame.edge;
         let mut x = point.x.rem_euclid(self.around);
         if x >= self.around {
             x = 0.0;
@@ -120,7 +108,7 @@ impl Domain for Strip {
     }
 
     fn triangles(&self, points: &[Vec3]) -> Vec<[u32; 3]> {
-        periodic(points, [self.around, f64::INFINITY], self.edge)
+        periodic(points, [self.around, f64::INFINITY], self.frame.edge)
     }
 
     fn place(&self, point: Vec3) -> Vec3 {

@@ -14,18 +14,8 @@ pub(super) const MIN_QUALITY: f64 = 0.6;
 ///
 /// The first vertices are fixed ones: those of the boundary, then others that the shape needs.
 pub(super) trait Domain {
-    /// Vertices that do not move: first all of the boundary, then any others.
-    fn fixed(&self) -> &[Vec3] {
-        &[]
-    }
-    /// How many of the fixed vertices lie on the boundary.
-    fn fixed_boundary(&self) -> usize {
-        self.fixed().len()
-    }
-    /// Edge length aimed at.
-    fn edge(&self) -> f64;
-    /// χ of the finished mesh.
-    fn euler_characteristic(&self) -> i64;
+    /// Its size and boundary.
+    fn frame(&self) -> &Frame;
     /// Least quality of a triangle.
     fn least_quality(&self) -> f64 {
         MIN_QUALITY
@@ -34,8 +24,6 @@ pub(super) trait Domain {
     fn may_span(&self, _centroid: Vec3) -> bool {
         false
     }
-    /// Corners of a box around the domain.
-    fn bounds(&self) -> [Vec3; 2];
     /// A random point, uniform in area; `None` where a free vertex may not start.
     fn sample(&self, rng: &mut ChaCha8Rng) -> Option<Vec3>;
     /// Copies of `point` that matter to its neighbours besides itself (periodic domains).
@@ -57,6 +45,32 @@ pub(super) trait Domain {
     /// After what lengths along x and y positions in space repeat themselves, infinite where they do not.
     fn period(&self) -> [f64; 2] {
         [f64::INFINITY; 2]
+    }
+}
+
+/// Size and boundary of a domain.
+pub(super) struct Frame {
+    /// Vertices that do not move: first all of the boundary, then any others.
+    pub(super) fixed: Vec<Vec3>,
+    /// How many of these lie on the boundary.
+    pub(super) boundary: usize,
+    /// Edge length aimed at.
+    pub(super) edge: f64,
+    /// Of the finished mesh.
+    pub(super) euler_characteristic: i64,
+    /// Corners of a box around the domain.
+    pub(super) bounds: [Vec3; 2],
+}
+
+impl Frame {
+    /// That of a domain whose `fixed` vertices are those of its boundary.
+    pub(super) fn new(
+        fixed: Vec<Vec3>,
+        edge: f64,
+        euler_characteristic: i64,
+        bounds: [Vec3; 2],
+    ) -> Self {
+        Self { boundary: fixed.len(), fixed, edge, euler_characteristic, bounds }
     }
 }
 

@@ -16,7 +16,7 @@ use rumple_numerics::Vec3;
 use rumple_numerics::num::{Short, real, whole};
 
 use super::density::edge_length;
-use super::domain::{Domain, delaunay};
+use super::domain::{Domain, Frame, delaunay};
 use super::flip::delaunay_in_space;
 use super::irregular::too_narrow;
 use super::planar::{BOUNDARY_MARGIN, CORNER_OFFSET, FEWEST_ACROSS, Planar};
@@ -45,9 +45,7 @@ pub(super) struct Graph<'a> {
     height: Height<'a>,
     /// Heights over a grid, row by row along x.
     table: Vec<f64>,
-    fixed: Vec<Vec3>,
-    boundary: usize,
-    edge: f64,
+    frame: Frame,
     /// Largest area over that of the plane.
     most: f64,
 }
@@ -74,10 +72,13 @@ impl<'a> Graph<'a> {
                 Short(p.y)
             )));
         }
-        let mut graph =
-            Self { half, height, table, fixed: Vec::new(), boundary: 0, edge: 0.0, most: 1.0 };
-        let area = graph.measure()?;
         let [a, b] = half;
+        let low = table.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = table.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let bounds = [Vec3::new(-a, -b, low), Vec3::new(a, b, high)];
+        let frame = Frame::new(Vec::new(), 0.0, 1, bounds);
+        let mut graph = Self { half, height, table, frame, most: 1.0 };
+        let area = graph.measure()?;
         let corners = [(-a, -b), (a, -b), (a, b), (-a, b)];
         let sides: Vec<Curve> = (0..4)
             .map(|k| {
@@ -91,7 +92,7 @@ impl<'a> Graph<'a> {
         if narrow < real(FEWEST_ACROSS) * edge {
             return Err(too_narrow("the shortest side", narrow / edge, FEWEST_ACROSS, vertices));
         }
-        graph.edge = edge;
+        graph.frame.edge = edge;
         for (k, side) in sides.iter().enumerate() {
             let ((x0, y0), (x1, y1)) = (corners[k], corners[(k + 1) % 4]);
             let count = whole(side.length() / edge);
@@ -101,10 +102,10 @@ impl<'a> Graph<'a> {
                 } else {
                     side.parameter_at(side.length() * real(i) / real(count))
                 };
-                graph.fixed.push(graph.lift(x0 + s * (x1 - x0), y0 + s * (y1 - y0)));
+                graph.frame.fixed.push(graph.lift(x0 + s * (x1 - x0), y0 + s * (y1 - y0)));
             }
         }
-        graph.boundary = graph.fixed.len();
+        graph.frame.boundary = graph.frame.fixed.len();
         let offset = CORNER_OFFSET * edge;
         for k in 0..4 {
             let before = &sides[(k + 3) % 4];
@@ -115,7 +116,7 @@ impl<'a> Graph<'a> {
             let steps = if k % 2 == 0 { steps } else { [steps[1], steps[0]] };
             let (x, y) = corners[k];
             let [dx, dy] = [-x.signum() * steps[0] * width, -y.signum() * steps[1] * depth];
-            graph.fixed.push(graph.corner_vertex([x, y], [dx, dy], edge));
+            graph.frame.fixed.push(graph.corner_vertex([x, y], [dx, dy], edge));
         }
         Ok(graph)
     }
@@ -196,27 +197,8 @@ impl<'a> Graph<'a> {
 }
 
 impl Domain for Graph<'_> {
-    fn fixed(&self) -> &[Vec3] {
-        &self.fixed
-    }
-
-    fn fixed_boundary(&self) -> usize {
-        self.boundary
-    }
-
-    fn edge(&self) -> f64 {
-        self.edge
-    }
-
-    fn euler_characteristic(&self) -> i64 {
-        1
-    }
-
-    fn bounds(&self) -> [Vec3; 2] {
-        let [a, b] = self.half;
-        let low = self.table.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = self.table.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        [Vec3::new(-a, -b, low), Vec3::new(a, b, high)]
+    fn frame(&self) -> &Frame {
+        &self.frame
     }
 
     fn sample(&self, rng: &mut ChaCha8Rng) -> Option<Vec3> {
@@ -232,7 +214,7 @@ impl Domain for Graph<'_> {
         let [a, b] = self.half;
         let [p, q] = self.slopes(point.x.clamp(-a, a), point.y.clamp(-b, b));
         // A distance on the surface is longer than the one below it.
-        let margin = |slope: f64| BOUNDARY_MARGIN * self.edge / (1.0 + slope * slope).sqrt();
+        let margin = |slope: f64| BOUNDARY_MARGIN * self.frame.edge / (1.0 + slope * slope).sqrt();
         let [a, b] = [a - margin(p), b - margin(q)];
         self.lift(point.x.clamp(-a, a), point.y.clamp(-b, b))
     }
@@ -300,7 +282,7 @@ impl WavyStrip {
         // Triangles must follow the wave: at least as many of them as edges around a tube.
         let curve = Curve::new(|s| Self::point(width * (s - 0.5), wave));
         let flat = super::planar::rectangle(curve.length(), height, vertices)?;
-        let per_wave = wavelength * curve.length() / width / flat.edge();
+        let per_wave = wavelength * curve.length() / width / flat.frame().edge;
         if per_wave < 8.0 {
             return Err(too_narrow("a wave", per_wave, 8, vertices));
         }
@@ -313,24 +295,8 @@ impl WavyStrip {
 }
 
 impl Domain for WavyStrip {
-    fn fixed(&self) -> &[Vec3] {
-        self.flat.fixed()
-    }
-
-    fn fixed_boundary(&self) -> usize {
-        self.flat.fixed_boundary()
-    }
-
-    fn edge(&self) -> f64 {
-        self.flat.edge()
-    }
-
-    fn euler_characteristic(&self) -> i64 {
-        1
-    }
-
-    fn bounds(&self) -> [Vec3; 2] {
-        self.flat.bounds()
+    fn frame(&self) -> &Frame {
+        self.flat.frame()
     }
 
     fn sample(&self, rng: &mut ChaCha8Rng) -> Option<Vec3> {

@@ -3,7 +3,7 @@
 use rumple_numerics::Vec3;
 use rumple_numerics::num::{Short, real};
 
-use super::domain::{Domain, unfolded};
+use super::domain::{Domain, Frame, unfolded};
 use super::{noise, order, relax};
 use crate::{Sheet, SheetError, quality};
 
@@ -58,7 +58,7 @@ pub(super) fn irregular(
 
 /// The promises of a generator, checked on its result.
 pub(super) fn accept(sheet: Sheet, domain: &impl Domain) -> Result<Sheet, String> {
-    let chi = domain.euler_characteristic();
+    let Frame { euler_characteristic: chi, boundary, .. } = *domain.frame();
     if sheet.euler_characteristic() != chi {
         return Err(format!(
             "Euler characteristic {} instead of {chi}",
@@ -66,11 +66,8 @@ pub(super) fn accept(sheet: Sheet, domain: &impl Domain) -> Result<Sheet, String
         ));
     }
     let on_boundary = sheet.boundary().iter().filter(|&&r| r).count();
-    if on_boundary != domain.fixed_boundary() {
-        return Err(format!(
-            "{on_boundary} boundary vertices instead of {}",
-            domain.fixed_boundary()
-        ));
+    if on_boundary != boundary {
+        return Err(format!("{on_boundary} boundary vertices instead of {boundary}"));
     }
     for tri in sheet.triangles() {
         let corners = unfolded(tri.map(|v| sheet.rest()[v as usize]), domain.period());

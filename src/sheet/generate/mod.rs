@@ -24,8 +24,6 @@ mod polygon;
 mod relax;
 mod sphere;
 
-use serde::{Deserialize, Serialize};
-
 use super::periodic::with_images;
 use super::{Sheet, SheetError};
 use cell::Cell;
@@ -36,8 +34,7 @@ pub use graph::Height;
 pub use lattice::Lattice;
 
 /// A shape to be meshed; all sizes are in units of length and must be positive.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "shape", rename_all = "kebab-case", deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum SheetShape {
     /// A flat disc around the origin in the plane z = 0, normal +z.
     Disc {
@@ -80,7 +77,6 @@ pub enum SheetShape {
         /// Corners of the outline in order, in either direction.
         points: Vec<[f64; 2]>,
         /// Corners of each hole.
-        #[serde(default)]
         holes: Vec<Vec<[f64; 2]>>,
     },
     /// A closed sphere around the origin, normals outward.
@@ -89,7 +85,6 @@ pub enum SheetShape {
         radius: f64,
         /// Random and relaxed, with exactly the asked number of vertices; otherwise an icosphere,
         /// which has the number 10n² + 2 that is nearest and does not depend on the seed.
-        #[serde(default)]
         irregular: bool,
     },
     /// A cylinder around the z axis, from -height/2 to height/2, normals outward.
@@ -99,7 +94,6 @@ pub enum SheetShape {
         /// Extent along z.
         height: f64,
         /// Closed by flat discs at both ends; open otherwise.
-        #[serde(default)]
         caps: bool,
     },
     /// A part of a sphere around the z axis, its boundary in z = 0 and its apex at z = height, normals outward.

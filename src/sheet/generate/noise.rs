@@ -28,10 +28,11 @@ const END_OF_LIST: u32 = u32::MAX;
 pub(super) fn points(domain: &impl Domain, vertices: usize, seed: u64, stream: u64) -> Vec<Vec3> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(stream);
-    let mut distance = START_DISTANCE * domain.edge();
-    let mut buckets = Buckets::new(domain.bounds(), distance, vertices);
+    let frame = domain.frame();
+    let mut distance = START_DISTANCE * frame.edge;
+    let mut buckets = Buckets::new(frame.bounds, distance, vertices);
     let mut points = Vec::with_capacity(vertices);
-    for &p in domain.fixed() {
+    for &p in &frame.fixed {
         buckets.insert(&mut points, p);
     }
     let mut misses = 0;

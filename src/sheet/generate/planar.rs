@@ -8,7 +8,7 @@ use rumple_numerics::Vec3;
 use rumple_numerics::num::{real, whole};
 
 use super::density::edge_length;
-use super::domain::{Domain, delaunay};
+use super::domain::{Domain, Frame, delaunay};
 use super::irregular::too_narrow;
 use crate::SheetError;
 
@@ -33,11 +33,9 @@ pub(super) const CORNER_OFFSET: f64 = 0.85;
 /// A flat region with its fixed vertices.
 pub(super) struct Planar {
     outline: Outline,
-    fixed: Vec<Vec3>,
-    boundary: usize,
+    frame: Frame,
     /// The last `hole` vertices of the boundary go around the hole.
     hole: usize,
-    edge: f64,
 }
 
 enum Outline {
@@ -66,7 +64,8 @@ pub(super) fn disc(radius: f64, vertices: usize) -> Result<Planar, SheetError> {
 pub(super) fn disc_around(radius: f64, boundary: usize, turn: f64, edge: f64) -> Planar {
     let fixed = circle(radius, boundary, turn).collect();
     let outline = Outline::Ring { inner: 0.0, outer: radius };
-    Planar { outline, fixed, boundary, hole: 0, edge }
+    let bounds = [Vec3::new(-radius, -radius, 0.0), Vec3::new(radius, radius, 0.0)];
+    Planar { outline, frame: Frame::new(fixed, edge, 1, bounds), hole: 0 }
 }
 
 /// A ring around the origin.
@@ -87,13 +86,9 @@ pub(super) fn annulus(inner: f64, outer: f64, vertices: usize) -> Result<Planar,
     }
     let around = whole(TAU * outer / edge);
     let fixed = circle(outer, around, 0.0).chain(circle(inner, hole, 0.5)).collect();
-    Ok(Planar {
-        outline: Outline::Ring { inner, outer },
-        fixed,
-        boundary: around + hole,
-        hole,
-        edge,
-    })
+    let bounds = [Vec3::new(-outer, -outer, 0.0), Vec3::new(outer, outer, 0.0)];
+    let outline = Outline::Ring { inner, outer };
+    Ok(Planar { outline, frame: Frame::new(fixed, edge, 0, bounds), hole })
 }
 
 /// A rectangle around the origin.
@@ -116,36 +111,18 @@ pub(super) fn rectangle(width: f64, height: f64, vertices: usize) -> Result<Plan
     let boundary = fixed.len();
     let [x, y] = [a - CORNER_OFFSET * width / real(m), b - CORNER_OFFSET * height / real(n)];
     fixed.extend([(-x, -y), (x, -y), (x, y), (-x, y)].map(|(x, y)| Vec3::new(x, y, 0.0)));
-    Ok(Planar { outline: Outline::Rectangle { half: [a, b] }, fixed, boundary, hole: 0, edge })
+    let bounds = [Vec3::new(-a, -b, 0.0), Vec3::new(a, b, 0.0)];
+    let frame = Frame { boundary, ..Frame::new(fixed, edge, 1, bounds) };
+    Ok(Planar { outline: Outline::Rectangle { half: [a, b] }, frame, hole: 0 })
 }
 
 impl Domain for Planar {
-    fn fixed(&self) -> &[Vec3] {
-        &self.fixed
-    }
-
-    fn fixed_boundary(&self) -> usize {
-        self.boundary
-    }
-
-    fn edge(&self) -> f64 {
-        self.edge
-    }
-
-    fn euler_characteristic(&self) -> i64 {
-        i64::from(self.hole == 0)
-    }
-
-    fn bounds(&self) -> [Vec3; 2] {
-        let [a, b] = match self.outline {
-            Outline::Ring { outer, .. } => [outer, outer],
-            Outline::Rectangle { half } => half,
-        };
-        [Vec3::new(-a, -b, 0.0), Vec3::new(a, b, 0.0)]
+    fn frame(&self) -> &Frame {
+        &self.frame
     }
 
     fn sample(&self, rng: &mut ChaCha8Rng) -> Option<Vec3> {
-        let [low, high] = self.bounds();
+        let [low, high] = self.frame.bounds;
         let x = low.x + (high.x - low.x) * rng.random::<f64>();
         let y = low.y + (high.y - low.y) * rng.random::<f64>();
         let p = Vec3::new(x, y, 0.0);
@@ -153,7 +130,7 @@ impl Domain for Planar {
     }
 
     fn constrain(&self, point: Vec3) -> Vec3 {
-        let margin = BOUNDARY_MARGIN * self.edge;
+        let margin = BOUNDARY_MARGIN * self.frame.edge;
         match self.outline {
             Outline::Ring { inner, outer } => {
                 let radius = point.norm();
@@ -177,7 +154,7 @@ impl Domain for Planar {
     fn triangles(&self, points: &[Vec3]) -> Vec<[u32; 3]> {
         let mut triangles = delaunay(points);
         // Three vertices of a convex hole span no material.
-        let hole = self.boundary - self.hole..self.boundary;
+        let hole = self.frame.boundary - self.hole..self.frame.boundary;
         triangles.retain(|t| !t.iter().all(|&v| hole.contains(&(v as usize))));
         triangles
     }

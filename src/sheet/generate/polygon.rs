@@ -10,14 +10,14 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::density::edge_length;
-use super::domain::{Domain, delaunay};
+use super::domain::{Domain, Frame, delaunay};
 use super::irregular::too_narrow;
 use super::outline::Outline;
 use super::planar::{BOUNDARY_MARGIN, CORNER_OFFSET};
 use crate::SheetError;
 use crate::quality::triangle_quality;
 use rumple_numerics::Vec3;
-use rumple_numerics::num::{Short, real, whole};
+use rumple_numerics::num::{Short, index, real, whole};
 
 /// Turn of an outline (rad) beyond which a point of it is kept, however near the next one is.
 const SHARP_TURN: f64 = 0.5;
@@ -41,14 +41,11 @@ const CORRECTIONS: usize = 3;
 /// The region with its fixed vertices.
 pub(super) struct Polygon {
     outline: Outline,
-    fixed: Vec<Vec3>,
-    boundary: usize,
-    edge: f64,
+    frame: Frame,
     /// Corners with one triangle, and how far from them triangles reach from side to side.
     sharp: Vec<(Vec3, f64)>,
     /// Least quality of the triangles at corners.
     quality: f64,
-    holes: usize,
 }
 
 impl Polygon {
@@ -64,22 +61,25 @@ impl Polygon {
         let edge = edge_length(area, perimeter, 2.0 - 2.0 * real(holes.len()), vertices);
         let mut polygon = Self {
             outline: Outline::default(),
-            fixed: Vec::new(),
-            boundary: 0,
-            edge,
+            frame: Frame::new(
+                Vec::new(),
+                edge,
+                1 - i64::from(index(holes.len())),
+                [Vec3::zeros(); 2],
+            ),
             sharp: Vec::new(),
             quality: super::domain::MIN_QUALITY,
-            holes: holes.len(),
         };
         let (mut segments, mut inner) = (Vec::new(), Vec::new());
         for ring in &rings {
-            let first = polygon.fixed.len();
+            let first = polygon.frame.fixed.len();
             inner.extend(polygon.add_ring(ring, vertices)?);
-            segments.extend(sides(&polygon.fixed[first..]).map(|(a, b)| [a, b]));
+            segments.extend(sides(&polygon.frame.fixed[first..]).map(|(a, b)| [a, b]));
         }
-        polygon.boundary = polygon.fixed.len();
-        polygon.fixed.extend(inner);
+        polygon.frame.boundary = polygon.frame.fixed.len();
+        polygon.frame.fixed.extend(inner);
         polygon.outline = Outline::new(segments, BOUNDARY_MARGIN * edge, vertices);
+        polygon.frame.bounds = polygon.outline.bounds();
         Ok(polygon)
     }
 
@@ -100,15 +100,15 @@ impl Polygon {
                     SHARPEST.to_degrees()
                 )));
             }
-            let long = out.norm().max(back.norm()) >= self.edge;
-            let far = since >= SHORTEST * self.edge;
+            let long = out.norm().max(back.norm()) >= self.frame.edge;
+            let far = since >= SHORTEST * self.frame.edge;
             if (PI - angle).abs() > SHARP_TURN || (long && far) {
                 kept.push(k);
                 since = 0.0;
             }
             since += out.norm();
             if angle < TWO_TRIANGLES[0] {
-                let reach = self.edge * (1.0 + 0.75 / (0.5 * angle).sin());
+                let reach = self.frame.edge * (1.0 + 0.75 / (0.5 * angle).sin());
                 self.sharp.push((here, reach));
                 // Quality of a triangle of two equal sides with this angle between them.
                 let quality = 3f64.sqrt() * angle.sin() / (2.0 - angle.cos());
@@ -117,7 +117,7 @@ impl Polygon {
                 let bisector = (out.normalize() + back.normalize()).normalize();
                 let distance =
                     (CORNER_OFFSET / (0.5 * angle).cos()).min(2f64.sqrt() * CORNER_OFFSET);
-                inner.push(here + bisector * (distance * self.edge));
+                inner.push(here + bisector * (distance * self.frame.edge));
             }
         }
         if kept.is_empty() {
@@ -134,7 +134,7 @@ impl Polygon {
     fn divide(&mut self, part: Vec<Vec3>, vertices: usize) -> Result<(), SheetError> {
         let lengths: Vec<f64> = part.windows(2).map(|ends| (ends[1] - ends[0]).norm()).collect();
         let length: f64 = lengths.iter().sum();
-        let edges = length / self.edge;
+        let edges = length / self.frame.edge;
         if edges < SHORTEST {
             let at = format!("the side at ({}, {})", Short(part[0].x), Short(part[0].y));
             return Err(too_narrow(&at, edges, 1, vertices));
@@ -148,7 +148,7 @@ impl Polygon {
                 side += 1;
             }
             let share = ((at - before) / lengths[side]).clamp(0.0, 1.0);
-            self.fixed.push(part[side] + (part[side + 1] - part[side]) * share);
+            self.frame.fixed.push(part[side] + (part[side + 1] - part[side]) * share);
         }
         Ok(())
     }
@@ -160,24 +160,8 @@ fn sides(ring: &[Vec3]) -> impl Iterator<Item = (Vec3, Vec3)> + '_ {
 }
 
 impl Domain for Polygon {
-    fn fixed(&self) -> &[Vec3] {
-        &self.fixed
-    }
-
-    fn fixed_boundary(&self) -> usize {
-        self.boundary
-    }
-
-    fn edge(&self) -> f64 {
-        self.edge
-    }
-
-    fn euler_characteristic(&self) -> i64 {
-        1 - i64::try_from(self.holes).unwrap_or(i64::MAX)
-    }
-
-    fn bounds(&self) -> [Vec3; 2] {
-        self.outline.bounds()
+    fn frame(&self) -> &Frame {
+        &self.frame
     }
 
     fn least_quality(&self) -> f64 {
@@ -189,7 +173,7 @@ impl Domain for Polygon {
     }
 
     fn sample(&self, rng: &mut ChaCha8Rng) -> Option<Vec3> {
-        let [low, high] = self.bounds();
+        let [low, high] = self.frame.bounds;
         let size = high - low;
         let p = low + Vec3::new(size.x * rng.random::<f64>(), size.y * rng.random::<f64>(), 0.0);
         self.outline.corrected(p).is_none().then_some(p)
@@ -205,7 +189,7 @@ impl Domain for Polygon {
         // Only triangles of boundary vertices can lie outside; slivers between the vertices of a side are of round-off.
         triangles.retain(|t| {
             let corners = t.map(|v| points[v as usize]);
-            t.iter().any(|&v| v as usize >= self.boundary)
+            t.iter().any(|&v| v as usize >= self.frame.boundary)
                 || (triangle_quality(corners) > SLIVER
                     && self.outline.has(corners.iter().sum::<Vec3>() / 3.0))
         });

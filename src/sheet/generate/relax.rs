@@ -34,8 +34,8 @@ const LONGEST_MOVE: f64 = 0.4;
 
 /// Moves the free points of a domain into force balance; returns them and their triangles.
 pub(super) fn relax(domain: &impl Domain, mut points: Vec<Vec3>) -> (Vec<Vec3>, Vec<[u32; 3]>) {
-    let fixed = domain.fixed().len();
-    let limit = LONGEST_MOVE * domain.edge();
+    let fixed = domain.frame().fixed.len();
+    let limit = LONGEST_MOVE * domain.frame().edge;
     let mut force = vec![Vec3::zeros(); points.len()];
     let mut last = force.clone();
     for _ in 0..ITERATIONS {

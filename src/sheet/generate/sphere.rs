@@ -9,7 +9,7 @@ use rumple_numerics::Vec3;
 use rumple_numerics::num::{index, real, whole};
 
 use super::density::edge_length;
-use super::domain::{Domain, delaunay};
+use super::domain::{Domain, Frame, delaunay};
 use super::irregular::too_narrow;
 use crate::SheetError;
 
@@ -19,7 +19,7 @@ const FEWEST_AROUND: usize = 8;
 /// A sphere to be filled with random vertices; all of them are free.
 pub(super) struct Ball {
     radius: f64,
-    edge: f64,
+    frame: Frame,
 }
 
 impl Ball {
@@ -28,21 +28,14 @@ impl Ball {
         if TAU * radius < real(FEWEST_AROUND) * edge {
             return Err(too_narrow("the equator", TAU * radius / edge, FEWEST_AROUND, vertices));
         }
-        Ok(Self { radius, edge })
+        let bounds = [Vec3::repeat(-radius), Vec3::repeat(radius)];
+        Ok(Self { radius, frame: Frame::new(Vec::new(), edge, 2, bounds) })
     }
 }
 
 impl Domain for Ball {
-    fn edge(&self) -> f64 {
-        self.edge
-    }
-
-    fn euler_characteristic(&self) -> i64 {
-        2
-    }
-
-    fn bounds(&self) -> [Vec3; 2] {
-        [Vec3::repeat(-self.radius), Vec3::repeat(self.radius)]
+    fn frame(&self) -> &Frame {
+        &self.frame
     }
 
     fn sample(&self, rng: &mut ChaCha8Rng) -> Option<Vec3> {

@@ -5,8 +5,8 @@
 //! text     solid … / facet normal … / outer loop / vertex x y z (3 times) / endloop / endfacet / … endsolid
 //! ```
 //!
-//! Corners are the same point if their numbers are equal; those that a program has rounded differently are merged by
-//! `rumple mesh repair --merge-distance`. Normals are left aside: the order of the corners gives them.
+//! Corners are the same point if their numbers are equal; those that a program has rounded differently are to be merged by
+//! another one. Normals are left aside: the order of the corners gives them.
 
 use std::collections::HashMap;
 

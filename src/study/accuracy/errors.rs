@@ -2,15 +2,13 @@
 
 use std::path::Path;
 
-use super::reference::Reference;
+use super::quantity::OfQuantities;
+use super::reference::{Reference, errors};
 use super::{Quantity, Role, Study};
 use crate::run::Simulation;
-use crate::study::gather::{MemberResults, MemberStatus, Norm, Run, largest};
+use crate::study::gather::{MemberResults, MemberStatus, Norm, Run};
 use crate::study::plan::Plan;
 use crate::study::plan::integrator::set_options;
-
-/// Values for all quantities of [`Quantity::ALL`].
-pub(super) type OfQuantities = [Option<f64>; Quantity::ALL.len()];
 
 /// Everything that is known of the runs of a study.
 #[derive(Default)]
@@ -41,18 +39,6 @@ pub(super) struct ComparedRun {
     pub(super) found: MemberResults,
     /// Its errors; none if it did not complete or without a reference.
     errors: OfQuantities,
-}
-
-/// Errors of `run` relative to `truth`: of fields the largest before references diverge at the time `diverged`.
-pub(super) fn errors(norm: &Norm, run: &Run, truth: &Run, diverged: Option<f64>) -> OfQuantities {
-    let course = norm.course(&run.states, &truth.states);
-    let before = course.iter().filter(|d| d.time > 0.0 && diverged.is_none_or(|at| d.time < at));
-    let fields = largest(before);
-    Quantity::ALL.map(|quantity| match quantity {
-        Quantity::Species => Some(fields.filter(|_| norm.has_species())?.1),
-        Quantity::Shape => Some(fields.filter(|_| norm.shape_moves())?.0),
-        measure => measure.error(&run.found.measures, &truth.found.measures),
-    })
 }
 
 impl ComparedRun {

@@ -120,3 +120,6 @@ fn buckling(course: &[Measures]) -> Option<f64> {
     let (a, b) = (course.get(after.checked_sub(1)?)?, &course[after]);
     Some(a.time + (b.time - a.time) * (half - a.deflection) / (b.deflection - a.deflection))
 }
+
+/// Values for all quantities of [`Quantity::ALL`].
+pub(super) type OfQuantities = [Option<f64>; Quantity::ALL.len()];

@@ -7,12 +7,12 @@
 use std::fs;
 use std::path::Path;
 
-use super::errors::{OfQuantities, errors};
+use super::quantity::{OfQuantities, Quantity};
 use crate::model::{Policy, State};
 use crate::output::ResultDirectory;
 use crate::scene::Scene;
 use crate::study::extent;
-use crate::study::gather::{Norm, REFERENCES_DIVERGED, Run, first_beyond};
+use crate::study::gather::{Norm, REFERENCES_DIVERGED, Run, first_beyond, largest};
 use crate::study::plan::Plan;
 
 /// Changes below this, relative to what changes, are none.
@@ -88,4 +88,16 @@ fn unstable_from(directory: &Path) -> Option<f64> {
         since = if negative > 0 { since.or(time) } else { None };
     }
     since
+}
+
+/// Errors of `run` relative to `truth`: of fields the largest before references diverge at the time `diverged`.
+pub(super) fn errors(norm: &Norm, run: &Run, truth: &Run, diverged: Option<f64>) -> OfQuantities {
+    let course = norm.course(&run.states, &truth.states);
+    let before = course.iter().filter(|d| d.time > 0.0 && diverged.is_none_or(|at| d.time < at));
+    let fields = largest(before);
+    Quantity::ALL.map(|quantity| match quantity {
+        Quantity::Species => Some(fields.filter(|_| norm.has_species())?.1),
+        Quantity::Shape => Some(fields.filter(|_| norm.shape_moves())?.0),
+        measure => measure.error(&run.found.measures, &truth.found.measures),
+    })
 }

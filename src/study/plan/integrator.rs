@@ -7,7 +7,6 @@ use crate::num::checked::Positive;
 use crate::num::{Short, decimal};
 use crate::run::{Error, Result};
 use crate::scene::Scene;
-use crate::study::run::slurm::shell_quoted;
 
 /// An integrator for a scene.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -29,7 +28,7 @@ impl IntegratorChoice {
     /// The scene is not valid, or the integrator does not exist.
     pub fn read(scene: &Path, set: &[String], text: &str, option: &'static str) -> Result<Self> {
         let table = table_of(text);
-        let scene = Scene::varied_by(scene, set, &[key(&table)], option)?;
+        let scene = Scene::varied(scene, set, &[key(&table)], option)?;
         let integrator = &scene.time.integrator;
         // Tolerances are varied, but not their ratio.
         let ratio =
@@ -47,7 +46,7 @@ impl IntegratorChoice {
     /// # Errors
     /// The scene is not valid.
     pub fn setting(&self, scene: &Path, set: &[String], tolerance: Positive) -> Result<String> {
-        let mut scene = Scene::varied_by(scene, set, &[key(&self.table)], self.option)?;
+        let mut scene = Scene::varied(scene, set, &[key(&self.table)], self.option)?;
         let until = scene.time.span.until;
         scene.time.integrator = scene.time.integrator.at_tolerance(tolerance, until);
         Ok(key(&inline(&scene)?))
@@ -59,7 +58,7 @@ impl IntegratorChoice {
     /// The scene is not valid.
     pub fn scene(&self, scene: &Path, set: &[String], tolerance: Positive) -> Result<Scene> {
         let with = self.setting(scene, set, tolerance)?;
-        Ok(Scene::varied_by(scene, set, &[with], self.option)?)
+        Ok(Scene::varied(scene, set, &[with], self.option)?)
     }
 }
 
@@ -103,7 +102,7 @@ const ROUNDING_ERROR: f64 = 1e-15;
 
 /// Returns overrides as options for a shell.
 pub(crate) fn set_options(overrides: &[String]) -> String {
-    let set = |text: &String| format!("--set {}", shell_quoted(text));
+    let set = |text: &String| format!("--set '{}'", text.replace('\'', "'\\''"));
     overrides.iter().map(set).collect::<Vec<_>>().join(" ")
 }
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::Axis;
 use crate::run::{Error, Result};
-use crate::scene::{Scene, path_to};
+use crate::scene::{OVER, Scene, path_to};
 
 /// Overrides of the first values of `axes`, and the keys that `set` and they set.
 fn overridden_keys(
@@ -13,7 +13,7 @@ fn overridden_keys(
     axes: &[Axis],
 ) -> Result<(Vec<String>, Vec<String>, Vec<String>)> {
     let over: Vec<String> = axes.iter().flat_map(|axis| axis.overrides(0)).collect();
-    let mut given = Scene::overridden_keys(scene, set, &over)?;
+    let mut given = Scene::overridden_keys(scene, set, &over, OVER)?;
     let varied = given.split_off(set.len());
     Ok((over, given, varied))
 }
@@ -59,7 +59,7 @@ pub(super) fn disambiguate_titles(scene: &Path, set: &[String], axes: &mut [Axis
         return Ok(());
     }
     let (over, _, varied) = overridden_keys(scene, set, axes)?;
-    let scene = Scene::varied(scene, set, &over)?;
+    let scene = Scene::varied(scene, set, &over, OVER)?;
     let mut keys = varied.into_iter();
     let mut titles: Vec<String> = Vec::new();
     for axis in &*axes {
@@ -113,7 +113,7 @@ pub fn seed_keys(scene: &Scene) -> Result<Vec<String>> {
 /// A scene that is not valid, or in which nothing is random.
 pub fn seed_axis(scene: &Path, set: &[String], axes: &[Axis], count: usize) -> Result<Axis> {
     let first: Vec<String> = axes.iter().flat_map(|axis| axis.overrides(0)).collect();
-    let paths = seed_keys(&Scene::varied(scene, set, &first)?)?;
+    let paths = seed_keys(&Scene::varied(scene, set, &first, OVER)?)?;
     if paths.is_empty() {
         let message = "--seeds: nothing in the scene is random; give sheet.imperfection, or a \
                        random start of a species";

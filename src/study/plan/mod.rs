@@ -22,7 +22,7 @@ use crate::kinetics::{HostLaw, PluginSearch};
 use crate::output::OutputError;
 use crate::output::provenance::{FileRecord, fingerprint};
 use crate::run::{Error, Result};
-use crate::scene::Scene;
+use crate::scene::{OVER, Scene};
 
 /// A study: its scene, what it varies, its members.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -110,7 +110,7 @@ impl Plan {
             all = all.into_iter().flat_map(more).collect();
         }
         for at in all {
-            Scene::varied(scene, set, &plan.overrides(&at))?;
+            Scene::varied(scene, set, &plan.overrides(&at), OVER)?;
             plan.members.push(Member { folder: plan.folder(&at), at, ..Member::default() });
         }
         plan.disambiguate_folders();
@@ -132,7 +132,12 @@ impl Plan {
     /// # Errors
     /// If it cannot be read any more.
     pub fn scene(&self, number: usize) -> Result<Scene> {
-        Ok(Scene::varied(&self.scene, &self.set, &self.overrides(self.value_numbers(number)))?)
+        Ok(Scene::varied(
+            &self.scene,
+            &self.set,
+            &self.overrides(self.value_numbers(number)),
+            OVER,
+        )?)
     }
 
     /// The end time of member `number`.

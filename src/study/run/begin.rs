@@ -1,10 +1,9 @@
-//! Begins a study or resumes it: here, or through Slurm.
+//! Begins a study or resumes it.
 
 use std::ffi::OsString;
 use std::fs;
 use std::path::Path;
 
-use super::slurm::{self, SlurmSettings};
 use super::{Pool, exceeded_time_limit};
 use crate::output::{Claim, Interrupt, OutputError, ResultDirectory};
 use crate::run::run::end;
@@ -25,8 +24,8 @@ pub struct Settings {
     pub retry_failed: bool,
     /// Whether an earlier study in the directory is replaced.
     pub force: bool,
-    /// Slurm runs them, if given.
-    pub slurm: Option<SlurmSettings>,
+    /// Whether the plan is written and nothing is run: members are run by themselves, as tasks of an array job.
+    pub plan_only: bool,
 }
 
 /// Runs of many members, and what is made of them.
@@ -90,9 +89,9 @@ impl Runs<'_> {
         interrupt: Interrupt,
     ) -> Result<()> {
         let prepared = self.purpose.prepare((plan, root), self.say, interrupt);
-        let outcome = prepared.and_then(|()| match &self.settings.slurm {
-            Some(slurm) => self.submit(plan, root, slurm),
-            None => self.here(plan, root, interrupt),
+        let outcome = prepared.and_then(|()| match self.settings.plan_only {
+            true => Ok(self.planned(plan, root)),
+            false => self.here(plan, root, interrupt),
         });
         end(claim, outcome)
     }
@@ -116,28 +115,11 @@ impl Runs<'_> {
         (0..plan.members.len()).filter(is_open).collect()
     }
 
-    /// Submits the members as an array job; says what was done.
-    fn submit(&self, plan: &Plan, root: &Path, slurm: &SlurmSettings) -> Result<String> {
-        let members = self.left(plan, root);
-        if members.is_empty() {
-            return self.show(plan, root);
-        }
-        let (script, job) = slurm.write((plan, root), &members, self.settings.jobs)?;
-        let (tasks, collect) = (members.len(), format!("rumple sweep collect {}", root.display()));
-        let (text, done) = match job {
-            Some(job) => (
-                format!("job {job}: {tasks} tasks; gather what there is with {collect}"),
-                format!("submitted to Slurm as job {job}"),
-            ),
-            None => {
-                let script = script.display();
-                let text =
-                    format!("{script}: {tasks} tasks; submit it with sbatch, then {collect}");
-                (text, "the job script is written".to_owned())
-            }
-        };
-        (self.say)(&text);
-        Ok(done)
+    /// Says how the members are run by themselves.
+    fn planned(&self, plan: &Plan, root: &Path) -> String {
+        let (last, root) = (plan.members.len().saturating_sub(1), root.display());
+        (self.say)(&format!("members 0 to {last}: rumple sweep member {root} NUMBER runs one"));
+        format!("planned: {} members", plan.members.len())
     }
 
     /// Runs the members as child processes; says how many came to their end.
@@ -181,13 +163,7 @@ fn check(root: &Path, plan: &Plan, force: bool) -> Result<bool> {
                        directory itself";
         return refuse(root, message);
     }
-    match slurm::active_job(root) {
-        None => Ok(true),
-        Some(job) => {
-            let how = format!("wait until that has ended, or end it with scancel {job}");
-            refuse(root, format!("Slurm has job {job} for it: {how}"))
-        }
-    }
+    Ok(true)
 }
 
 /// Removes what a sweep wrote; anything else that is there stays.
@@ -200,18 +176,11 @@ fn clear(root: &Path) -> Result<()> {
             let _ = fs::remove_file(path);
         }
     }
-    let logs = root.join(slurm::LOGS);
-    if !logs.is_symlink() {
-        for name in names(&logs)? {
-            let _ = fs::remove_file(logs.join(name));
-        }
-        let _ = fs::remove_dir(logs);
-    }
     let _ = fs::remove_dir(members);
-    let ours = [Plan::FILE, ResultDirectory::PLOTS, ResultDirectory::REPORT, slurm::SCRIPT];
+    let ours = [Plan::FILE, ResultDirectory::PLOTS, ResultDirectory::REPORT];
     let tables = [sweep::FILES, &accuracy::Study::FILES, &[compare::TABLE, compare::PAGE]].concat();
     // Of earlier versions.
-    let ours = [&ours[..], &tables, &["pictures.png", "accuracy.html"]].concat();
+    let ours = [&ours[..], &tables, &["pictures.png", "accuracy.html", "sweep.sbatch"]].concat();
     for name in names(root)? {
         let plot = name.starts_with("plot-") && (name.ends_with(".svg") || name.ends_with(".png"));
         if plot || ours.contains(&name.as_str()) {

@@ -3,8 +3,6 @@
 mod begin;
 mod member;
 mod pool;
-mod rank_job;
-pub mod slurm;
 mod time_limit;
 
 use std::collections::BTreeMap;
@@ -15,8 +13,6 @@ use std::time::{Duration, Instant};
 pub use self::begin::{Runs, Settings};
 pub use self::member::member;
 pub use self::pool::Pool;
-pub use self::rank_job::RankJob;
-pub use self::slurm::SlurmSettings;
 use self::time_limit::{TimeLimit, exceeded_time_limit};
 use super::gather::states::StateFile;
 use super::gather::{MemberStatus, measure, open_measures, status};

@@ -54,7 +54,7 @@
 //! Cohen-Steiner & Morvan, doi:10.1145/777792.777839. Not covered: spontaneous curvature with a direction.
 
 use super::dihedral::{WING_CORNERS, angle_gradient, angle_outer_product, hinges, state};
-use super::rest::{Curved, Flat, REMODELLING_NAME, RestAngle, RestShape};
+use super::rest::{REMODELLING_NAME, RestAngles, RestShape, VariableCurvature};
 use crate::effects::element::{self, Element, Mesh};
 use crate::effects::material::at_edges;
 use crate::effects::{
@@ -69,17 +69,17 @@ use crate::{Vec3, parallel};
 /// One hinge: corners 0 and 1 are the ends of the edge, 2 is opposite in the triangle in which the
 /// edge runs from 0 to 1, 3 in the other.
 #[derive(Debug, Clone, Copy, Default)]
-struct Hinge<R> {
+struct Hinge {
     /// `k = B l̄²/(Ā₁+Ā₂)`, energy.
     stiffness: f64,
     /// ψ⁰.
-    rest: R,
+    rest: f64,
 }
 
-impl<R: RestAngle> Element<4> for Hinge<R> {
+impl Element<4> for Hinge {
     fn gradient(&self, x: &[Vec3; 4]) -> (f64, [Vec3; 4]) {
         let (wings, psi) = state(x);
-        let off = self.rest.deviation(psi);
+        let off = psi - self.rest;
         let moment = self.stiffness * off * (1.0 + 0.25 * psi * psi);
         let pull = angle_gradient(&wings).map(|g| moment * g);
         (0.5 * self.stiffness * off * off, pull)
@@ -87,10 +87,10 @@ impl<R: RestAngle> Element<4> for Hinge<R> {
 
     fn hessian(&self, x: &[Vec3; 4], part: HessianPart) -> [[Block; 4]; 4] {
         let (wings, psi) = state(x);
-        let off = self.rest.deviation(psi);
+        let off = psi - self.rest;
         let c = 1.0 + 0.25 * psi * psi;
         let mut bent = 0.5 * off * psi;
-        if R::MAY_BE_CURVED && part == HessianPart::Positive {
+        if part == HessianPart::Positive {
             bent = bent.max(0.0);
         }
         let tangent = self.stiffness * c * (c + bent);
@@ -110,22 +110,23 @@ impl<R: RestAngle> Element<4> for Hinge<R> {
     }
 }
 
-/// Hinge bending of one sheet; R has its rest angles, which are 0 unless given.
+/// Hinge bending of one sheet.
 #[derive(Debug)]
-pub struct HingeBending<R: RestAngle = Flat> {
+pub struct HingeBending {
     /// B of every hinge.
     rigidity: FieldValues,
     /// Numbers of the interior edges.
     edge: Vec<u32>,
     corners: Vec<[u32; 4]>,
     incident: Incidence,
-    rest: R::SheetData,
+    /// None where it is at rest flat.
+    rest: Option<RestAngles>,
 }
 
 /// Memory of evaluations.
 #[derive(Debug, Default)]
-pub struct HingeWork<R> {
-    hinge: Vec<Hinge<R>>,
+pub struct HingeWork {
+    hinge: Vec<Hinge>,
     pull: Vec<[Vec3; 4]>,
     places: LazyStencils,
     /// C₀ of every hinge that changes in a run; empty without.
@@ -136,11 +137,9 @@ impl HingeBending {
     /// For `sheet` of the given material, at rest where it is flat.
     #[must_use]
     pub fn new(sheet: &Sheet, material: impl Into<MaterialField>) -> Self {
-        Self::build(sheet, &material.into().bending_rigidity(), |_| ())
+        Self::build(sheet, &material.into().bending_rigidity(), |_| None)
     }
-}
 
-impl HingeBending<Curved> {
     /// For `sheet` of the given material, with the rest shape `rest`.
     #[must_use]
     pub fn with_rest(sheet: &Sheet, material: impl Into<MaterialField>, rest: &RestShape) -> Self {
@@ -149,15 +148,13 @@ impl HingeBending<Curved> {
 
     /// For `sheet` of the given bending rigidity of its triangles, with the rest shape `rest`.
     pub(super) fn with_rigidity(sheet: &Sheet, rigidity: &FieldValues, rest: &RestShape) -> Self {
-        Self::build(sheet, rigidity, |corners| rest.at_hinges(corners))
+        Self::build(sheet, rigidity, |corners| Some(rest.at_hinges(corners)))
     }
-}
 
-impl<R: RestAngle> HingeBending<R> {
     fn build(
         sheet: &Sheet,
         rigidity: &FieldValues,
-        rest: impl FnOnce(&[[u32; 4]]) -> R::SheetData,
+        rest: impl FnOnce(&[[u32; 4]]) -> Option<RestAngles>,
     ) -> Self {
         let (edge, corners): (Vec<u32>, Vec<[u32; 4]>) = hinges(sheet).unzip();
         let triples = corners
@@ -168,6 +165,11 @@ impl<R: RestAngle> HingeBending<R> {
         let rest = rest(&corners);
         let rigidity = at_edges(rigidity, sheet, &edge);
         Self { rigidity, edge, corners, incident, rest }
+    }
+
+    /// The C₀ that is added and changes in a run.
+    fn variable_curvature(&self) -> Option<&VariableCurvature> {
+        self.rest.as_ref().map(|rest| &rest.variable_curvature)
     }
 
     /// `B C₀ ∂ψ` of hinge `h`.
@@ -181,7 +183,7 @@ impl<R: RestAngle> HingeBending<R> {
     pub(super) fn by_lengths(
         &self,
         shape: &Shape<'_>,
-        work: &mut HingeWork<R>,
+        work: &mut HingeWork,
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
         let (sheet, metric) = (shape.sheet, shape.metric);
@@ -198,10 +200,11 @@ impl<R: RestAngle> HingeBending<R> {
             let length = metric.length()[e];
             by(e, 2.0 / length, &pull);
             // … but for -B C₀ l̄ ψ, which knows no areas.
-            let curvature = R::spontaneous_curvature(&self.rest, h)
-                + work.variable_curvature.get(h).copied().unwrap_or(0.0);
-            let bent = R::MAY_BE_CURVED
-                .then(|| self.spontaneous_gradient(h, curvature, &corners.map(|v| shape.x[v])));
+            let bent = self.rest.as_ref().map(|rest| {
+                let variable = work.variable_curvature.get(h).copied().unwrap_or(0.0);
+                let curvature = rest.spontaneous_curvature(h) + variable;
+                self.spontaneous_gradient(h, curvature, &corners.map(|v| shape.x[v]))
+            });
             if let Some(bent) = &bent {
                 by(e, 1.0, bent);
             }
@@ -221,7 +224,7 @@ impl<R: RestAngle> HingeBending<R> {
 
     /// `∂²U/∂x∂C₀`: `-B l̄ ∂ψ` for the C₀ of a hinge, half of it for that of either end.
     fn by_curvature(&self, shape: &Shape<'_>, emit: &mut dyn FnMut(usize, usize, Vec3)) {
-        if !R::variable_curvature(&self.rest).is_some_and(|curvature| curvature.law) {
+        if !self.variable_curvature().is_some_and(|curvature| curvature.law) {
             return;
         }
         let length = shape.metric.length();
@@ -237,8 +240,8 @@ impl<R: RestAngle> HingeBending<R> {
     }
 }
 
-impl<R: RestAngle> Energy for HingeBending<R> {
-    type Work = HingeWork<R>;
+impl Energy for HingeBending {
+    type Work = HingeWork;
 
     fn name(&self) -> &'static str {
         "bending"
@@ -249,9 +252,7 @@ impl<R: RestAngle> Energy for HingeBending<R> {
     }
 
     fn reads(&self) -> Reads<'_> {
-        Reads::time(
-            R::variable_curvature(&self.rest).is_some_and(|curvature| curvature.timed.is_some()),
-        )
+        self.variable_curvature().map_or_else(Reads::default, |curvature| curvature.reads())
     }
 
     fn supports_ranks(&self) -> bool {
@@ -262,9 +263,11 @@ impl<R: RestAngle> Energy for HingeBending<R> {
         let (sheet, metric) = (conditions.sheet, conditions.metric);
         let (length, area) = (metric.length(), metric.weight_area());
         let Self { edge, rigidity, rest, corners, .. } = self;
-        let shift = conditions.internal(REMODELLING_NAME).filter(|_| R::flows(rest));
+        let shift = conditions
+            .internal(REMODELLING_NAME)
+            .filter(|_| rest.as_ref().is_some_and(|rest| rest.flows));
         let variable_curvature =
-            R::variable_curvature(rest).and_then(|curvature| curvature.values_at(conditions));
+            self.variable_curvature().and_then(|curvature| curvature.values_at(conditions));
         work.variable_curvature.resize(variable_curvature.as_ref().map_or(0, |_| edge.len()), 0.0);
         if let Some(at) = &variable_curvature {
             parallel::fill(&mut work.variable_curvature, |h| {
@@ -282,7 +285,8 @@ impl<R: RestAngle> Energy for HingeBending<R> {
             if let Some(curvature) = added.get(h) {
                 shift += curvature * (first + second) / length[e];
             }
-            Hinge { stiffness, rest: R::at(rest, h, length[e], first + second, shift) }
+            let sizes = (length[e], first + second);
+            Hinge { stiffness, rest: rest.as_ref().map_or(0.0, |rest| rest.angle(h, sizes, shift)) }
         });
     }
 

@@ -32,10 +32,13 @@
 mod curved;
 mod hessian;
 mod kernels;
+mod parts;
+mod weight;
+
+pub use parts::{MeyerBending, MeyerWork};
+pub use weight::BendingWeight;
 
 use std::f64::consts::PI;
-
-use serde::{Deserialize, Serialize};
 
 use super::RestShape;
 use crate::effects::material::at_vertices;
@@ -48,56 +51,8 @@ use crate::num::real;
 use crate::parallel::element_blocks::F64x4;
 use crate::sheet::Sheet;
 use crate::{Vec3, parallel};
-use curved::{CurvedRest, CurvedWork};
-use hessian::curved::CurvedAt;
 use kernels::{Gradient, VertexSums};
-
-/// Weight of a vertex in the bending energy.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum BendingWeight {
-    /// Its area, so that the sum is an integral.
-    #[default]
-    Area,
-    /// 1, as printed in the paper: a sum of energy densities.
-    Paper,
-}
-
-/// The derivatives of the energy by what a vertex gathers from its triangles.
-#[derive(Debug, Clone, Copy, Default)]
-#[repr(C)] // The first two are read in one go.
-struct VertexDerivatives {
-    /// `∂U/∂L_i`.
-    by_vector: Vec3,
-    /// `∂U/∂A_i`.
-    by_area: f64,
-    /// `∂U/∂(Σθ)_i`.
-    by_angle: f64,
-}
-
-/// Meyer bending of one sheet.
-#[derive(Debug)]
-pub struct MeyerBending {
-    /// B of every vertex.
-    rigidity: FieldValues,
-    /// `B(1-ν)`.
-    gaussian: FieldValues,
-    weight: BendingWeight,
-    area: VertexArea,
-    has_boundary: bool,
-    /// The rest shape, if it is not the plane.
-    curved: Option<Box<CurvedRest>>,
-}
-
-/// Memory of evaluations.
-#[derive(Debug, Default)]
-pub struct MeyerWork {
-    /// `L_i`, `A_i` and `Σθ` of every vertex.
-    gathered: Vec<[f64; 5]>,
-    vertex: Vec<VertexDerivatives>,
-    places: hessian::Places,
-    curved: Option<Box<CurvedWork>>,
-}
+use parts::{At, CurvedAt, CurvedRest, VertexDerivatives};
 
 impl MeyerBending {
     /// For `sheet` of the given material.
@@ -240,7 +195,7 @@ impl Energy for MeyerBending {
     }
 
     fn reads(&self) -> Reads<'_> {
-        Reads::time(self.curved.as_ref().is_some_and(|curved| curved.depends_on_time()))
+        self.curved.as_ref().map_or_else(Reads::default, |curved| curved.reads())
     }
 
     fn supports_ranks(&self) -> bool {
@@ -324,7 +279,7 @@ impl Energy for MeyerBending {
         let MeyerWork { gathered, vertex, places, curved } = work;
         let at = self.curved.as_deref().zip(curved.as_deref());
         let at = at.map(|(rest, work)| CurvedAt { rest, work });
-        let at = hessian::At { bending: self, gathered, vertex, curved: at };
+        let at = At { bending: self, gathered, vertex, curved: at };
         hessian::add(&at, places, shape, part, into);
         if let (Some(rest), Some(curved)) = (&self.curved, curved)
             && let Some(hinges) = rest.hinges()

@@ -18,10 +18,15 @@ use serde::{Deserialize, Serialize};
 
 use super::field::{Field, named};
 use super::flow_rule::FlowRule;
-use super::{Effect, EffectContext, EffectError, EffectSpec, Needs, misplaced, timed_field};
+use super::{
+    Effect, EffectContext, EffectError, EffectSpec, Needs, SceneSummary, misplaced, timed_field,
+};
 use crate::geometry::AreaRule;
 use crate::kinetics::breakpoints::TimeDependence;
 use crate::sheet::Sheet;
+
+/// Angles of triangles below this, rad, are those of a plane in numbers of 32 bits.
+const ROUND_OFF_ANGLE: f64 = 1e-3;
 
 /// Parameters of bending in a scene.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -167,6 +172,22 @@ impl EffectSpec for Bending {
                 Effect::energy(HingeBending::with_rest(sheet, material, &rest))
             }
         })
+    }
+
+    /// A curved sheet of a file that is at rest in the plane: it is under stress from the start.
+    fn notes(&self, context: &EffectContext<'_>, scene: &SceneSummary<'_>) -> Vec<String> {
+        let given = self.rest != BendingRest::Flat || self.curvature.is_some();
+        if given || !scene.sheet_file || RestShape::law_gives_curvature(context) {
+            return Vec::new();
+        }
+        let (x, sheet) = (context.sheet.rest(), context.sheet);
+        let psi = dihedral::hinges(sheet).map(|(_, c)| dihedral::psi(&c.map(|v| x[v as usize])));
+        let angle = 2.0 * (0.5 * psi.fold(0.0, |most: f64, psi| psi.abs().max(most))).atan();
+        let note = format!(
+            "warning: the shape of sheet.file is not free of stress: its triangles enclose angles of up to {angle:.2e} rad, \
+             and bending is at rest in the plane; without loads the sheet moves. With bending.rest = \"mesh\" it is at rest in that shape"
+        );
+        if angle > ROUND_OFF_ANGLE { vec![note] } else { Vec::new() }
     }
 }
 

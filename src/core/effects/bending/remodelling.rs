@@ -12,7 +12,7 @@
 //! Hinges alone have rest angles: Meyer's bending has curvatures at vertices.
 
 use super::dihedral;
-use super::rest::{Curved, RestAngle, RestAngles, RestShape};
+use super::rest::{RestAngles, RestShape};
 use crate::effects::bending::rest::REMODELLING_NAME;
 use crate::effects::flow_rule::{Flow, FlowRule, Keys};
 use crate::effects::{EffectContext, EffectError, InternalVariables};
@@ -72,9 +72,9 @@ impl InternalVariables for AngleRemodelling {
             let e = self.edge[h] as usize;
             let [first, second] = shape.sheet.edges()[e].triangles.map(|t| area[t as usize]);
             let areas = first + second;
-            let rest = Curved::at(&self.rest, h, length[e], areas, values[e]);
+            let rest = self.rest.angle(h, (length[e], areas), values[e]);
             let psi = dihedral::psi(&self.corners[h].map(|v| shape.x[v as usize]));
-            self.flow.rate(e, rest.deviation(psi), areas / length[e])
+            self.flow.rate(e, psi - rest, areas / length[e])
         });
         out.fill(0.0);
         self.edge.iter().zip(rate).for_each(|(e, rate)| out[*e as usize] = rate);

@@ -26,7 +26,7 @@ use serde::{Deserialize, Serialize};
 use super::dihedral;
 use crate::Vec3;
 use crate::effects::timed_field::TimedField;
-use crate::effects::{EffectContext, EffectError, Field, FieldValues};
+use crate::effects::{EffectContext, EffectError, Field, FieldValues, Reads};
 use crate::geometry::Conditions;
 use crate::kinetics::Location;
 use crate::sheet::Sheet;
@@ -68,6 +68,11 @@ impl VariableCurvature {
     /// Whether there is any.
     pub(super) fn is_present(&self) -> bool {
         self.law || self.timed.is_some()
+    }
+
+    /// What an energy with it depends on.
+    pub(super) fn reads(&self) -> Reads<'static> {
+        Reads { time: self.timed.is_some(), curvature: self.law, ..Reads::default() }
     }
 
     /// Its values at the vertices; `None` if there is none.
@@ -213,64 +218,6 @@ fn check(sheet: &Sheet, x: &[Vec3], rest: &BendingRest) -> Result<(), EffectErro
 /// ψ beyond which a fold counts as closed: 179.4 degrees. Its stiffness grows with ψ⁴.
 const CLOSED_FOLD_PSI: f64 = 400.0;
 
-/// The rest angle of one hinge.
-pub trait RestAngle: std::fmt::Debug + Copy + Default + Send + Sync + 'static {
-    /// Whether it can be another than 0.
-    const MAY_BE_CURVED: bool;
-    /// What the hinges of a sheet keep for it.
-    type SheetData: std::fmt::Debug + Send + Sync;
-
-    /// That of hinge `h` under the optimal length of its edge and the sum of the optimal areas of its triangles;
-    /// `shift` is added: what it has flowed by, or what a variable curvature gives.
-    fn at(of: &Self::SheetData, h: usize, length: f64, areas: f64, shift: f64) -> Self;
-
-    /// Whether it flows.
-    fn flows(of: &Self::SheetData) -> bool;
-
-    /// The C₀ that is added and changes in a run.
-    fn variable_curvature(of: &Self::SheetData) -> Option<&VariableCurvature>;
-
-    /// C₀ at hinge `h`, 1/length.
-    fn spontaneous_curvature(of: &Self::SheetData, h: usize) -> f64;
-
-    /// ψ - ψ⁰.
-    fn deviation(&self, psi: f64) -> f64;
-}
-
-/// A rest angle of 0, which is nowhere kept.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Flat;
-
-impl RestAngle for Flat {
-    const MAY_BE_CURVED: bool = false;
-    type SheetData = ();
-
-    fn at((): &(), _: usize, _: f64, _: f64, _: f64) -> Self {
-        Self
-    }
-
-    fn flows((): &()) -> bool {
-        false
-    }
-
-    fn variable_curvature((): &()) -> Option<&VariableCurvature> {
-        None
-    }
-
-    fn spontaneous_curvature((): &(), _: usize) -> f64 {
-        0.0
-    }
-
-    #[inline(always)]
-    fn deviation(&self, psi: f64) -> f64 {
-        psi
-    }
-}
-
-/// ψ⁰ of a rest shape that is not flat.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Curved(f64);
-
 /// Rest angles of the hinges of a sheet; a list may be empty, which means zeros.
 #[derive(Debug, Clone, Default)]
 pub struct RestAngles {
@@ -278,33 +225,21 @@ pub struct RestAngles {
     angle: Vec<f64>,
     /// C₀, 1/length.
     spontaneous_curvature: Vec<f64>,
-    variable_curvature: VariableCurvature,
-    flows: bool,
+    pub(super) variable_curvature: VariableCurvature,
+    /// Whether they flow.
+    pub(super) flows: bool,
 }
 
-impl RestAngle for Curved {
-    const MAY_BE_CURVED: bool = true;
-    type SheetData = RestAngles;
-
-    fn at(of: &RestAngles, h: usize, length: f64, areas: f64, shift: f64) -> Self {
-        let angle = of.angle.get(h).copied().unwrap_or(0.0);
-        Self(angle + Self::spontaneous_curvature(of, h) * areas / length + shift)
+impl RestAngles {
+    /// ψ⁰ of hinge `h` under the optimal length of its edge and the sum of the optimal areas of its triangles; `shift` is
+    /// added: what it has flowed by, or what a variable curvature gives.
+    pub(super) fn angle(&self, h: usize, (length, areas): (f64, f64), shift: f64) -> f64 {
+        let angle = self.angle.get(h).copied().unwrap_or(0.0);
+        angle + self.spontaneous_curvature(h) * areas / length + shift
     }
 
-    fn flows(of: &RestAngles) -> bool {
-        of.flows
-    }
-
-    fn variable_curvature(of: &RestAngles) -> Option<&VariableCurvature> {
-        Some(&of.variable_curvature)
-    }
-
-    fn spontaneous_curvature(of: &RestAngles, h: usize) -> f64 {
-        of.spontaneous_curvature.get(h).copied().unwrap_or(0.0)
-    }
-
-    #[inline(always)]
-    fn deviation(&self, psi: f64) -> f64 {
-        psi - self.0
+    /// C₀ at hinge `h`, 1/length.
+    pub(super) fn spontaneous_curvature(&self, h: usize) -> f64 {
+        self.spontaneous_curvature.get(h).copied().unwrap_or(0.0)
     }
 }

@@ -29,7 +29,9 @@ use super::distance_potential::{DistancePotential, Well};
 use super::obstacle::{Body, ObstacleDistance, check_ramp};
 use super::{Contacts, ObstacleShape};
 use crate::Vec3;
-use crate::effects::{Effect, EffectContext, EffectError, EffectSpec, Needs, Ramp, RampFactor};
+use crate::effects::{
+    Effect, EffectContext, EffectError, EffectSpec, Needs, Ramp, RampFactor, SceneSummary,
+};
 use crate::geometry::lumped_areas;
 use crate::kinetics::breakpoints::TimeDependence;
 use crate::num::checked::{Finite, Positive};
@@ -93,6 +95,18 @@ impl EffectSpec for Adhesion {
             self.displacement.map_or(Vec3::zeros(), |d| Vec3::from(d.map(Finite::get)));
         let area = lumped_areas(context.sheet);
         Ok(Effect::contact(Body { surface, potential, displacement, factor, area }))
+    }
+
+    /// Surfaces that it pulls together where no effect keeps them apart.
+    fn notes(&self, _: &EffectContext<'_>, scene: &SceneSummary<'_>) -> Vec<String> {
+        let (to, missing, what) = match self.to {
+            Some(_) => ("a body", "obstacle", "the sheet may pass into it"),
+            None => ("the sheet itself", "contact", "surfaces may pass through one another"),
+        };
+        let note = format!(
+            "it pulls the sheet to {to}, and nothing keeps them apart: {what}; list kind = \"{missing}\" as well"
+        );
+        if scene.effects.iter().any(|name| name == missing) { Vec::new() } else { vec![note] }
     }
 }
 

@@ -36,7 +36,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Contact, Coupling, Effect, EffectContext, EffectError, EffectSpec, Energy, HessianPart,
-    Interaction, Material, Needs, Pins, SeparatedStart, Touching,
+    Interaction, Material, Needs, Pins, SceneSummary, SeparatedStart, Touching,
 };
 use crate::geometry::proximity::{PairKind, Proximity, Reach, corner_positions};
 use crate::geometry::{Conditions, CrossingPairs, Crossings, RestMetric, Shape, lumped_areas};
@@ -105,7 +105,7 @@ impl EffectSpec for SelfContact {
         Ok(Effect::contact(Contacts { separate: self.separate, ..contacts }))
     }
 
-    fn notes(&self, context: &EffectContext<'_>) -> Vec<String> {
+    fn notes(&self, context: &EffectContext<'_>, _: &SceneSummary<'_>) -> Vec<String> {
         let thickness = context.material.map(|m| m.thickness);
         let Some(distance) = self.distance.map(Positive::get).or(thickness) else {
             return Vec::new();
@@ -115,6 +115,10 @@ impl EffectSpec for SelfContact {
 }
 
 crate::register_kind!(dyn EffectSpec, "contact", SelfContact);
+
+/// Advice where a sheet passes through itself.
+pub const NO_CROSSINGS_ADVICE: &str =
+    "list the effect `contact`, end the run before, or change what folds it";
 
 /// The barrier that a scene asks for, with what it has without these keys.
 fn barrier_of(

@@ -11,7 +11,9 @@ pub use stvk::{StretchingModulus, StvkStretching};
 
 use serde::{Deserialize, Serialize};
 
-use super::{Effect, EffectContext, EffectError, EffectSpec, Material, Needs, misplaced};
+use super::{
+    Effect, EffectContext, EffectError, EffectSpec, Material, Needs, SceneSummary, misplaced,
+};
 
 /// Parameters of stretching in a scene.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -86,7 +88,7 @@ impl EffectSpec for Stretching {
         }
     }
 
-    fn notes(&self, context: &EffectContext<'_>) -> Vec<String> {
+    fn notes(&self, context: &EffectContext<'_>, _: &SceneSummary<'_>) -> Vec<String> {
         let Some(Material { poisson, .. }) = context.material else { return Vec::new() };
         if self.model == StretchingModel::Stvk || (poisson - 1.0 / 3.0).abs() < NEAR_A_THIRD {
             return Vec::new();

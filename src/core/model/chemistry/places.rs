@@ -5,7 +5,6 @@ use std::sync::Arc;
 use super::{Chemistry, Surface};
 use crate::Vec3;
 use crate::kinetics::Location;
-use crate::model::counters::transport::SHAPE;
 use crate::model::parameters::{at_vertices, edge_means};
 use crate::sheet::Sheet;
 
@@ -77,7 +76,7 @@ impl Chemistry {
             if self.which[k] < made {
                 continue;
             }
-            let _scope = self.transport_scope(k, SHAPE);
+            let _scope = self.transport_scope(k, "operator on a shape");
             match surface.operators.get_mut(made) {
                 Some(operator) => term.assemble(sheet, x, operator),
                 None => surface.operators.push(term.operator_on(sheet, x)),

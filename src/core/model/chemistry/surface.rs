@@ -27,7 +27,7 @@ impl Surface {
 pub(super) fn distinct_operators(transports: &[TransportTerm]) -> Arc<[usize]> {
     let (mut which, mut count) = (Vec::new(), 0);
     for (k, term) in transports.iter().enumerate() {
-        let same = transports[..k].iter().position(|earlier| term.has_operator_of(&**earlier));
+        let same = transports[..k].iter().position(|earlier| term.has_operator_of(earlier));
         which.push(same.map_or(count, |earlier| which[earlier]));
         count += usize::from(same.is_none());
     }

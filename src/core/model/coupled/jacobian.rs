@@ -21,8 +21,6 @@ mod intermediates;
 
 use std::ops::Range;
 
-use super::super::counters;
-use super::super::counters::transport::{DERIVATIVES, MATRIX};
 use super::Layout;
 use crate::effects::HessianPart;
 use crate::kinetics::field::Columns;
@@ -123,7 +121,7 @@ impl Jacobian {
         state: &State,
         inputs: Inputs<'_>,
     ) -> Result<(), ModelError> {
-        let _scope = counters::of_jacobian(model.tally()).scope(0);
+        let _scope = model.tally().meter("solver", "coupled Jacobian").uncounted_scope();
         let Inputs { mut potential, surface, signals } = inputs;
         if layout.mechanical() > 0
             && let Some(potential) = &mut potential
@@ -254,7 +252,7 @@ fn others(
     let transports = chemistry.transports().iter().zip(at.surface.operators());
     for (k, (transport, operator)) in transports.enumerate() {
         let s = transport.species();
-        let scope = chemistry.transport_scope(k, MATRIX);
+        let scope = chemistry.transport_scope(k, "matrix");
         transport.derivatives(
             (sheet, at.state.time),
             operator,
@@ -268,7 +266,7 @@ fn others(
         );
         drop(scope);
         if layout.mechanical() > 0 {
-            let _scope = chemistry.transport_scope(k, DERIVATIVES);
+            let _scope = chemistry.transport_scope(k, "derivatives by positions");
             let x = &at.state.x;
             transport.derivatives_by_positions(
                 (sheet, at.state.time),

@@ -5,7 +5,6 @@ use super::Potential;
 use crate::Vec3;
 use crate::effects::ParameterField;
 use crate::geometry::{Conditions, Shape};
-use crate::model::counters::energy;
 
 impl Potential {
     /// Brings it under the length factor Φ of every edge.
@@ -18,7 +17,7 @@ impl Potential {
         let later = time.to_bits() != self.time.to_bits();
         self.time = time;
         if let Some(factor) = factor {
-            let scope = self.lengths.scope(0);
+            let scope = self.lengths.scope("evaluations");
             self.metric.set_length_factor(self.mechanics.sheet(), factor);
             drop(scope);
             self.prepare();
@@ -64,7 +63,7 @@ impl Potential {
         self.stale = false;
         let meters = self.mechanics.meters();
         for ((term, work), meter) in self.mechanics.terms().iter().zip(&mut self.work).zip(meters) {
-            let _scope = meter.scope(energy::CONDITIONS);
+            let _scope = meter.scope("conditions");
             term.energy.prepare(&conditions, work);
         }
         for (term, work) in self.mechanics.constraints().iter().zip(&mut self.constraints.work) {
@@ -86,8 +85,9 @@ impl Potential {
         for ((term, work), meter) in mechanics.terms().iter().zip(work).zip(mechanics.meters()) {
             let what = match by {
                 ParameterField::Species(s) if !term.reads().species.contains(&s) => continue,
-                ParameterField::Species(_) => energy::SPECIES,
-                _ => energy::LENGTHS,
+                ParameterField::Species(_) => "derivatives by species",
+                ParameterField::SpontaneousCurvature if !term.reads().curvature => continue,
+                _ => "derivatives by lengths",
             };
             let _scope = meter.scope(what);
             term.energy.mixed_derivatives(&shape, &conditions, work, by, emit);

@@ -8,7 +8,7 @@ use crate::geometry::{Face, Shape, sum_at_corners};
 use crate::{Vec3, parallel};
 
 /// What of a contact is counted, and the interactions of which it is asked.
-type Asked = (usize, fn(Interaction) -> bool);
+type Asked = (&'static str, fn(Interaction) -> bool);
 
 const LIMITS_STEPS: Asked = (energy::STEPS, |does| does.limits_steps);
 

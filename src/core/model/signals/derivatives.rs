@@ -9,7 +9,6 @@
 //! ∂(A_T/Ā_T)/∂x_m = ½ n × e_m/Ā_T,   ∂(A_T/Ā_T)/∂l̄_e = -A_T/Ā_T² ∂Ā_T/∂l̄_e
 //! ```
 
-use super::super::counters;
 use super::{Signals, TensionReading};
 use crate::Vec3;
 use crate::geometry::{Curvature, Shape};
@@ -17,7 +16,7 @@ use crate::kinetics::{Location, Signal};
 use crate::num::real;
 
 /// Takes derivatives: (signal column, point, by what).
-pub trait Derivatives {
+pub(crate) trait Derivatives {
     /// By the position of a vertex.
     fn by_position(&mut self, column: usize, point: usize, vertex: usize, value: Vec3);
     /// By the optimal length of an edge.
@@ -27,11 +26,11 @@ pub trait Derivatives {
 impl Signals {
     /// Hands all derivatives that can be different from zero to `into`, in an order that depends on
     /// the sheet alone; a pair may come more than once, and then counts as the sum.
-    pub fn derivatives(&self, shape: &Shape<'_>, into: &mut impl Derivatives) {
-        let curvature = self.curvature(shape, counters::signal::DERIVATIVES);
+    pub(crate) fn derivatives(&self, shape: &Shape<'_>, into: &mut impl Derivatives) {
+        let curvature = self.curvature(shape, "derivatives");
         let mut column = 0;
         for (k, signal) in self.wanted.iter().enumerate() {
-            let _scope = self.scope(k + 1, counters::signal::DERIVATIVES);
+            let _scope = self.scope(k + 1, "derivatives");
             match signal {
                 // Who solves with derivatives refuses a law that reads the pressure of contact.
                 Signal::ContactPressure | Signal::Time => {}

@@ -4,8 +4,7 @@ use super::bordered::Bordered;
 use super::metric::Metric;
 use super::system::{Equilibrium, System};
 use super::{
-    Block, Continuation, CriticalMode, Direction, Family, Settings, Unknowns, UnstableDirections,
-    check,
+    Block, Continuation, CriticalMode, Direction, Settings, Unknowns, UnstableDirections, check,
 };
 use crate::Vec3;
 use crate::model::Potential;
@@ -16,16 +15,21 @@ use crate::tally::Tally;
 /// No triangle's area may fall below this share in one correction.
 const MIN_AREA_SHARE: f64 = 0.1;
 
-/// The equilibria of a family of potentials.
-pub struct Elastic<F: Family> {
-    /// The potentials.
-    pub family: F,
+/// The equilibria of the potentials U(x; λ) of one sheet.
+pub struct Elastic<F> {
+    /// The potential at λ, or why there is none: the same effects, fixed directions and vertices at every λ.
+    family: F,
     bordered: Bordered,
     stability: Stability,
 }
 
-impl<F: Family> Continuation<Elastic<F>> {
-    /// Begins at the equilibrium of `parameter` near `x`, towards larger λ or smaller ones, as `forward` says.
+impl<F, E> Continuation<Elastic<F>>
+where
+    F: FnMut(f64) -> Result<Potential, E>,
+    E: From<SolveError>,
+{
+    /// Follows the equilibria of `family`, which gives the potential at a value of the parameter: the same effects, fixed
+    /// directions and vertices at every λ. Begins at the equilibrium of `parameter` near `x`, towards larger λ or smaller ones, as `forward` says.
     ///
     /// # Errors
     /// [`SolveError::Continuation`] if no equilibrium is near; effects that a branch cannot have; those of the family.
@@ -35,8 +39,8 @@ impl<F: Family> Continuation<Elastic<F>> {
         forward: bool,
         settings: Settings,
         control: &Control,
-    ) -> Result<Self, F::Error> {
-        let potential = family.potential(parameter)?;
+    ) -> Result<Self, E> {
+        let potential = family(parameter)?;
         let mechanics = potential.mechanics();
         check(mechanics)?;
         let stability = Stability::new(mechanics)?.with_control(control);
@@ -48,16 +52,16 @@ impl<F: Family> Continuation<Elastic<F>> {
     }
 }
 
-impl<F: Family> System for Elastic<F> {
-    type Error = F::Error;
+impl<F, E> System for Elastic<F>
+where
+    F: FnMut(f64) -> Result<Potential, E>,
+    E: From<SolveError>,
+{
+    type Error = E;
     type Member = Potential;
 
-    fn evaluate(
-        &mut self,
-        mut at: Unknowns,
-        parameter: f64,
-    ) -> Result<Equilibrium<Potential>, F::Error> {
-        let mut potential = self.family.potential(parameter)?;
+    fn evaluate(&mut self, mut at: Unknowns, parameter: f64) -> Result<Equilibrium<Potential>, E> {
+        let mut potential = (self.family)(parameter)?;
         potential.mechanics().set_prescribed(potential.time(), &mut at.x);
         let mut imbalance = at.zeros_like();
         let energy = potential.energy_gradient(&at.x, &mut imbalance.x);

@@ -44,25 +44,13 @@ use super::SolveError;
 use super::stability::Mode;
 use crate::effects::{EnergyTerm, Interaction};
 use crate::geometry;
-use crate::model::{Mechanics, Potential};
+use crate::model::Mechanics;
 
 pub use self::branch::Continuation;
 pub use self::elastic::Elastic;
-pub use self::steady_state::{ReactingFamily, SteadyStateSystem, imbalance};
+pub use self::steady_state::{SteadyStateSystem, imbalance};
 pub use self::system::{Equilibrium, System};
 pub use self::unknowns::{Direction, Unknowns};
-
-/// The potentials U(x; λ) of one sheet: the same effects, fixed directions and vertices at every λ.
-pub trait Family {
-    /// Why there is none at a value of the parameter.
-    type Error: From<SolveError>;
-
-    /// The potential at λ = `parameter`.
-    ///
-    /// # Errors
-    /// If there is none.
-    fn potential(&mut self, parameter: f64) -> Result<Potential, Self::Error>;
-}
 
 /// How a branch is followed.
 #[derive(Debug, Clone, PartialEq)]

@@ -47,22 +47,9 @@ const RANGE_SLACK: f64 = 0.1;
 /// Refinements of a solution with a border.
 const REFINEMENTS: usize = 2;
 
-/// The models of one sheet over a parameter: the same effects, fixed directions and species at every λ.
-pub trait ReactingFamily {
-    /// Why there is none at a value of the parameter.
-    type Error: From<SolveError>;
-
-    /// The model at λ = `parameter`, with the time at which it is evaluated.
-    ///
-    /// # Errors
-    /// If there is none.
-    fn model(&mut self, parameter: f64) -> Result<(Arc<Model>, f64), Self::Error>;
-}
-
 /// The steady states of a family of models.
-pub struct SteadyStateSystem<F: ReactingFamily> {
-    /// The models.
-    pub family: F,
+pub struct SteadyStateSystem<F> {
+    family: F,
     factor: Option<(Arc<Pattern>, Factor)>,
     coupled: Option<Coupled>,
     /// Of the last shape that a correction or a tangent began at.
@@ -79,8 +66,13 @@ pub struct Member {
     time: f64,
 }
 
-impl<F: ReactingFamily> Continuation<SteadyStateSystem<F>> {
-    /// Begins at the steady state of `parameter` near `start`, towards larger λ or smaller ones, as `forward` says.
+impl<F, E> Continuation<SteadyStateSystem<F>>
+where
+    F: FnMut(f64) -> Result<(Arc<Model>, f64), E>,
+    E: From<SolveError>,
+{
+    /// Follows the steady states of `family`, which gives the model at a value of the parameter, with the time at which it is
+    /// evaluated: the same effects, fixed directions and species at every λ. Begins at the steady state of `parameter` near `start`, towards larger λ or smaller ones, as `forward` says.
     ///
     /// # Errors
     /// [`SolveError::Continuation`] if no steady state is near; effects that a branch cannot have; those of the family.
@@ -90,8 +82,8 @@ impl<F: ReactingFamily> Continuation<SteadyStateSystem<F>> {
         forward: bool,
         settings: Settings,
         control: &Control,
-    ) -> Result<Self, F::Error> {
-        let (model, _) = family.model(parameter)?;
+    ) -> Result<Self, E> {
+        let (model, _) = family(parameter)?;
         check(model.mechanics())?;
         let typical: Vec<f64> =
             model.chemistry().map(|chemistry| chemistry.all_typical()).unwrap_or_default();
@@ -144,7 +136,11 @@ pub(super) fn unflatten(layout: &Layout, all: &[f64], like: &Unknowns) -> Unknow
     unknowns
 }
 
-impl<F: ReactingFamily> SteadyStateSystem<F> {
+impl<F, E> SteadyStateSystem<F>
+where
+    F: FnMut(f64) -> Result<(Arc<Model>, f64), E>,
+    E: From<SolveError>,
+{
     /// Solves `-J x = b` in place.
     fn solve(&mut self, x: &mut [f64]) -> Result<(), SolveError> {
         match &mut self.factor {
@@ -194,16 +190,16 @@ impl<F: ReactingFamily> SteadyStateSystem<F> {
     }
 }
 
-impl<F: ReactingFamily> System for SteadyStateSystem<F> {
-    type Error = F::Error;
+impl<F, E> System for SteadyStateSystem<F>
+where
+    F: FnMut(f64) -> Result<(Arc<Model>, f64), E>,
+    E: From<SolveError>,
+{
+    type Error = E;
     type Member = Member;
 
-    fn evaluate(
-        &mut self,
-        mut at: Unknowns,
-        parameter: f64,
-    ) -> Result<Equilibrium<Member>, F::Error> {
-        let (model, time) = self.family.model(parameter)?;
+    fn evaluate(&mut self, mut at: Unknowns, parameter: f64) -> Result<Equilibrium<Member>, E> {
+        let (model, time) = (self.family)(parameter)?;
         let (imbalance, energy, residual) = imbalance(&model, time, &mut at)?;
         let (member, iterations) = (Member { model, time }, 0);
         Ok(Equilibrium { at, parameter, member, imbalance, energy, residual, iterations })

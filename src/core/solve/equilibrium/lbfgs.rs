@@ -157,15 +157,6 @@ impl Lbfgs {
         residual: f64,
     ) -> Result<(), SolveError> {
         self.fit(potential, x)?;
-        let weight =
-            potential.anchor().map_or(0.0, |anchor| anchor.weights.least(potential.reduction()));
-        let unit = potential.force_scale() / potential.metric().mean_edge() + weight;
-        // What has been learnt is forgotten only where no step was found with it.
-        if (self.factor.ready && self.inverse.is_matrix_free()) || self.inverse.reset_learnt(unit) {
-            self.factor.ready = true;
-            self.history.clear();
-            return Ok(());
-        }
         self.factor.ready = false;
         for part in [HessianPart::Full, HessianPart::Positive] {
             let plain = self.inverse.is_vertexwise() || self.inverse.assumes_positive_definite();
@@ -294,10 +285,6 @@ impl EquilibriumSpec for LbfgsSpec {
 
     fn max_iterations(&self) -> usize {
         self.max_iterations.get()
-    }
-
-    fn linear_systems(&self, mechanics: &Mechanics, moving: bool) -> Vec<String> {
-        self.preconditioner.choice_lines(self.precision, mechanics.sheet().vertex_count(), moving)
     }
 
     fn supports_ranks(&self) -> bool {

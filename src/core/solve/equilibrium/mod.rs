@@ -5,7 +5,6 @@
 
 mod constrained;
 mod descent;
-mod diagonal;
 mod displacement_loading;
 mod force_tolerance;
 mod gauge;
@@ -247,12 +246,6 @@ pub trait EquilibriumSpec: std::fmt::Debug + Send + Sync {
 
     /// Iterations after which a relaxation has failed.
     fn max_iterations(&self) -> usize;
-
-    /// The linear systems that it solves for the effects of a sheet, which moves under drag or not, and why
-    /// so, for people: one line each. None for a method without.
-    fn linear_systems(&self, _mechanics: &Mechanics, _moving: bool) -> Vec<String> {
-        Vec::new()
-    }
 
     /// Whether it relaxes a sheet that is spread over ranks.
     fn supports_ranks(&self) -> bool {

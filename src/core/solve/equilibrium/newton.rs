@@ -84,13 +84,6 @@ impl EquilibriumSpec for NewtonSpec {
         self.max_iterations.get()
     }
 
-    fn linear_systems(&self, _: &Mechanics, _: bool) -> Vec<String> {
-        vec![format!(
-            "{} of the whole Hessian in double precision, a new one every step",
-            self.linear_solver.describe()
-        )]
-    }
-
     fn build(&self, mechanics: &Mechanics) -> Result<Box<dyn Equilibrium>, SolveError> {
         Ok(Box::new(Newton::new(mechanics, *self)?))
     }

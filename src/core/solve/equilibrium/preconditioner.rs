@@ -9,7 +9,6 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use super::super::counters::Linear;
 use super::super::linear_solvers::{self, LinearSolverKind};
 use super::super::low_rank::LowRankUpdate;
-use super::diagonal::Diagonal;
 use crate::Vec3;
 use crate::effects::RankOneTerm;
 use crate::linear::{
@@ -32,9 +31,6 @@ pub enum Preconditioner {
     Multigrid,
     /// Its 3 × 3 blocks on the diagonal, every vertex for itself.
     Blocks,
-    /// Not at all: one number for every unknown, learnt from steps. Short waves are relaxed first, as drag
-    /// does, and long ones little where tolerances are loose: the paper's scheme.
-    None,
     /// The factor up to 50 000 vertices, multigrid beyond; under drag multigrid beyond 1000.
     #[default]
     Auto,
@@ -43,11 +39,10 @@ pub enum Preconditioner {
 }
 
 /// The names of those of the engine.
-const NAMES: [(&str, Preconditioner); 5] = [
+const NAMES: [(&str, Preconditioner); 4] = [
     ("factor", Preconditioner::Factor),
     ("multigrid", Preconditioner::Multigrid),
     ("blocks", Preconditioner::Blocks),
-    ("none", Preconditioner::None),
     ("auto", Preconditioner::Auto),
 ];
 
@@ -98,73 +93,6 @@ impl Preconditioner {
         }
     }
 
-    /// The choice on a sheet of that many vertices, with or without drag, and its reason.
-    pub(super) fn choice_lines(
-        self,
-        precision: FactorPrecision,
-        vertices: usize,
-        moving: bool,
-    ) -> Vec<String> {
-        let why = |auto: String| match self {
-            Self::Auto => auto,
-            _ => "equilibrium.preconditioner selects it".to_owned(),
-        };
-        let mut all = self.phase_lines(precision, vertices, false, &why);
-        if moving && self.for_sheet(vertices, true) != self.for_sheet(vertices, false) {
-            let later = self.phase_lines(precision, vertices, true, &why);
-            all = all.into_iter().map(|line| format!("for the start, {line}")).collect();
-            all.extend(later.into_iter().map(|line| format!("under drag, {line}")));
-        }
-        all
-    }
-
-    fn phase_lines(
-        self,
-        precision: FactorPrecision,
-        vertices: usize,
-        moving: bool,
-        why: &dyn Fn(String) -> String,
-    ) -> Vec<String> {
-        if let Self::Blocks | Self::None = self {
-            let what = match self {
-                Self::Blocks => {
-                    "blocks of the vertices on the diagonal of the Hessian's positive part"
-                }
-                _ => {
-                    "no linear system, a stiffness of every unknown that is learnt from steps instead"
-                }
-            };
-            return vec![format!("{what}, as {}", why(String::new()))];
-        }
-        if let Self::Registered(name) = self {
-            let why = why(String::new());
-            return vec![format!(
-                "linear solver `{name}` on the positive part of the Hessian, as {why}"
-            )];
-        }
-        let most = if moving { LARGE_UNDER_DRAG } else { LARGE_SHEET };
-        if self.for_sheet(vertices, moving) == Self::Multigrid {
-            let why = why(format!("the sheet has more than {most} vertices"));
-            return vec![format!("multigrid on the positive part of the Hessian, as {why}")];
-        }
-        let why = why(format!("the sheet has at most {most} vertices"));
-        let double = precision.is_double(vertices);
-        let digits = if double { "double" } else { "single" };
-        let because = match precision {
-            FactorPrecision::Auto if double => {
-                format!("up to {SMALL_SHEET} vertices it costs little")
-            }
-            FactorPrecision::Auto => format!("the sheet has more than {SMALL_SHEET} vertices"),
-            _ => "equilibrium.precision selects it".to_owned(),
-        };
-        vec![
-            format!(
-                "Cholesky factor of the positive part of the Hessian, of the whole near rest, as {why}"
-            ),
-            format!("factor in {digits} precision, as {because}"),
-        ]
-    }
-
     /// The choice on a sheet of that many vertices, with or without drag.
     pub(super) fn for_sheet(self, vertices: usize, moving: bool) -> Self {
         let most = if moving { LARGE_UNDER_DRAG } else { LARGE_SHEET };
@@ -208,7 +136,6 @@ impl Preconditioner {
             Self::Factor => "a Cholesky factor",
             Self::Multigrid => "multigrid",
             Self::Blocks => "blocks on the diagonal",
-            Self::None => "nothing",
             Self::Auto => "a Cholesky factor or, for large sheets, multigrid",
             Self::Registered(name) => name,
         }
@@ -271,7 +198,6 @@ enum BaseInverse {
     Solver(Box<dyn LinearSolver>),
     /// Inverses of the blocks on the diagonal, and a number for all that is learnt from steps.
     Blocks(Vec<Block>, f64),
-    Learnt(Diagonal),
 }
 
 impl BaseInverse {
@@ -299,7 +225,6 @@ impl BaseInverse {
             Self::Blocks(inverses, scale) => {
                 parallel::update(rhs, |i, v| *v = *scale * (inverses[i] * *v));
             }
-            Self::Learnt(diagonal) => diagonal.solve(rhs),
         }
     }
 }
@@ -319,7 +244,6 @@ impl HessianInverse {
         let vertices = whole(reduction.count(rows));
         let sparse = match kind.for_sheet(vertices, false) {
             Preconditioner::Blocks => BaseInverse::Blocks(vec![Block::zeros(); rows], 1.0),
-            Preconditioner::None => BaseInverse::Learnt(Diagonal::new(rows, 1.0)),
             kind => BaseInverse::Solver(PeriodicSolver::boxed(pattern, |pattern| {
                 kind.solver(precision.is_double(vertices), pattern)
             })?),
@@ -350,8 +274,6 @@ impl HessianInverse {
                 let unit = matrix.mean_diagonal();
                 parallel::update(inverses, |i, inverse| *inverse = inverted(matrix, i, unit));
             }
-            // It has no use for a matrix.
-            BaseInverse::Learnt(_) => {}
         }
         let solve = |rhs: &mut [Vec3]| sparse.solve_over(reduction, rhs);
         *low_rank = LowRankUpdate::new(terms, reduction, solve);
@@ -359,9 +281,9 @@ impl HessianInverse {
     }
 
     /// Whether vertices are taken for themselves, which makes the whole Hessian no better than its positive
-    /// part, and stiffnesses are learnt from steps.
+    /// part, and their size is learnt from steps.
     pub(super) fn is_vertexwise(&self) -> bool {
-        matches!(self.sparse, BaseInverse::Blocks(..) | BaseInverse::Learnt(_))
+        matches!(self.sparse, BaseInverse::Blocks(..))
     }
 
     /// Whether it is the sum of solutions on the parts of the ranks, for which what is outermost in each is fixed.
@@ -391,24 +313,11 @@ impl HessianInverse {
         matches!(&self.sparse, BaseInverse::Solver(solver) if solver.reads_shape())
     }
 
-    /// Whether it has no use for a matrix.
-    pub(super) fn is_matrix_free(&self) -> bool {
-        matches!(self.sparse, BaseInverse::Learnt(_))
-    }
-
-    /// Forgets what was learnt where [`Self::is_matrix_free`], which it says: the same stiffness `unit` everywhere.
-    pub(super) fn reset_learnt(&mut self, unit: f64) -> bool {
-        let BaseInverse::Learnt(diagonal) = &mut self.sparse else { return false };
-        diagonal.reset(unit);
-        true
-    }
-
     /// Learns from the step from one shape to the next and the change of its gradient, each as (before,
     /// after). Of blocks M it is their size, `s·y / y·M⁻¹y` (Nocedal & Wright, equation 7.20).
     pub(super) fn learn(&mut self, x: (&[Vec3], &[Vec3]), gradient: (&[Vec3], &[Vec3])) {
         match &mut self.sparse {
             BaseInverse::Solver(_) => {}
-            BaseInverse::Learnt(diagonal) => diagonal.learn(x, gradient, &self.reduction),
             BaseInverse::Blocks(inverses, scale) => {
                 let change = |i: usize| gradient.1[i] - gradient.0[i];
                 let all = inverses.len();
@@ -438,7 +347,6 @@ pub(super) enum Learnt {
     Solver(Record),
     /// The size of blocks.
     Scale(f64),
-    Diagonal(Diagonal),
 }
 
 impl HessianInverse {
@@ -447,7 +355,6 @@ impl HessianInverse {
         match &self.sparse {
             BaseInverse::Solver(solver) => Learnt::Solver(solver.memory()),
             BaseInverse::Blocks(_, scale) => Learnt::Scale(*scale),
-            BaseInverse::Learnt(diagonal) => Learnt::Diagonal(diagonal.clone()),
         }
     }
 
@@ -461,11 +368,6 @@ impl HessianInverse {
         match (&mut self.sparse, learnt) {
             (BaseInverse::Solver(solver), Learnt::Solver(memory)) => solver.restore(&memory)?,
             (BaseInverse::Blocks(_, own), Learnt::Scale(scale)) => *own = scale,
-            (BaseInverse::Learnt(own), Learnt::Diagonal(diagonal))
-                if own.rows() == diagonal.rows() =>
-            {
-                *own = diagonal;
-            }
             _ => return Err(Malformed),
         }
         Ok(())

@@ -76,22 +76,6 @@ impl IntegratorSpec for MonolithicSpec {
         true
     }
 
-    fn parts(&self, _: Storage) -> Vec<String> {
-        let how = match self.linear {
-            LinearChoice::Auto => {
-                "GMRES with an incomplete factor of the species and a Cholesky factor of a shape that moves; \
-                 sparse LU for up to 3000 unknowns without such a shape"
-            }
-            LinearChoice::Lu => "sparse LU",
-            LinearChoice::Ilu => "GMRES with an incomplete factor",
-            LinearChoice::Blocks => "GMRES with factors of shape and chemistry",
-        };
-        vec![
-            "all unknowns at once, by the derivatives of the coupled system".into(),
-            format!("linear systems of Newton's method by {how}"),
-        ]
-    }
-
     fn uses_jacobian(&self) -> bool {
         true
     }

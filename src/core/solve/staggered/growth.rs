@@ -4,9 +4,7 @@
 //! compared with the time in which a perturbation grows damp it. Where one is found, the shape is displaced along it by a
 //! share of the tolerance, and until the next check steps are no longer than the time in which it grows by e.
 
-use serde::{Deserialize, Serialize};
-
-use super::Staggered;
+use super::spec::{Growth, Staggered};
 use crate::model::State;
 use crate::solve::{Result, Workspace};
 
@@ -16,15 +14,6 @@ const CHECK_INTERVAL: usize = 300;
 const LEAST_ITERATIONS: usize = 30;
 /// The displacement in units of the tolerance of a step.
 const DISPLACEMENT: f64 = 0.1;
-
-/// What is known about perturbations that grow.
-#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-pub(super) struct Growth {
-    /// Iterations since the last check.
-    unchecked: usize,
-    /// Rate at which the fastest perturbation grew then, if steps were too long for it, 1/time.
-    rate: Option<f64>,
-}
 
 impl Growth {
     /// The longest step that follows it.

@@ -27,9 +27,7 @@
 //! References: Agostiniani & Rossi, J. Differential Equations 263 (2017) (the limit of vanishing drag); Scilla &
 //! Solombrino, arXiv:1712.06182 (minimising movements with a drag that vanishes).
 
-use serde::{Deserialize, Serialize};
-
-use super::Staggered;
+use super::spec::{Snap, Stabilised, Staggered};
 use crate::model::State;
 use crate::sheet::is_turned;
 use crate::solve::equilibrium::Relaxation;
@@ -61,23 +59,6 @@ const SMOOTH_SHARE: f64 = 0.5;
 /// Work of the drag below this share of the energy is round-off.
 const ROUND_OFF: f64 = 1e-9;
 
-/// What a quasi-static shape keeps from step to step.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub(super) struct Stabilised {
-    /// η and the most that it is, factors on the drag of the scene; none before the first step.
-    drag: Option<(f64, f64)>,
-    /// Iterations since the stability of the shape was checked.
-    unchecked: usize,
-    /// Work of the drag and energy supplied since the start of the run, outside of snaps.
-    work: (f64, f64),
-    /// The snap that is under way.
-    snap: Option<Snap>,
-    /// Whether the shape is under way, rather than at rest.
-    moves: bool,
-    /// The longest step from one equilibrium to another so far.
-    longest: f64,
-}
-
 impl Stabilised {
     /// Whether the shape is at rest, so that the next equilibrium may be near.
     pub(super) fn rests(&self) -> bool {
@@ -88,16 +69,6 @@ impl Stabilised {
     pub(super) fn set_off(&mut self) {
         self.moves = true;
     }
-}
-
-/// A snap.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-struct Snap {
-    /// Energy that it has released so far.
-    released: f64,
-    /// The vertex that has moved furthest in a step, and how far.
-    vertex: usize,
-    moved: f64,
 }
 
 impl Staggered {

@@ -1,14 +1,19 @@
-//! Parameters of the staggered integrator in a scene.
+//! Parameters of the staggered integrator in a scene, and what it keeps from step to step.
 
 use serde::{Deserialize, Serialize};
 
-use super::{DEFAULT_TOLERANCE, FIRST_ERROR, Growth, Stabilised, Staggered};
 use crate::model::Storage;
 use crate::num::checked::Positive;
 use crate::solve::chemistry::{ChemistryMethod, ChemistrySteps, SteadyChemistry};
 use crate::solve::incremental_potential::{Motion, MotionMethod};
 use crate::solve::internal_variables::InternalSteps;
 use crate::solve::{Integrator, IntegratorSpec, Result, SolveError, fixed_step, scaled};
+
+/// The tolerance that a scene has if it gives none.
+pub(super) const DEFAULT_TOLERANCE: f64 = 1e-2;
+
+/// The error of the step before the first, for the same.
+pub(super) const FIRST_ERROR: f64 = 0.1;
 
 /// Parameters of the staggered integrator in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -99,27 +104,6 @@ impl IntegratorSpec for StaggeredSpec {
         explicit && policy.chemistry > 0.0
     }
 
-    fn parts(&self, policy: Storage) -> Vec<String> {
-        let shape = match policy.mechanics > 0.0 {
-            true => {
-                let why =
-                    if self.shape.is_some() { "time.integrator.shape" } else { "the default" };
-                format!("shape: moved under drag by {} ({why})", self.motion().name())
-            }
-            false => "shape: moved under a stabilising drag, to rest where an equilibrium is near"
-                .to_owned(),
-        };
-        let species = match (policy.chemistry > 0.0, self.chemistry.unwrap_or(self.usual())) {
-            (true, method) => {
-                let given = self.chemistry.is_some();
-                let why = if given { "time.integrator.chemistry" } else { "the default" };
-                format!("species: integrated with given signals by {} ({why})", method.name())
-            }
-            (false, _) => "species: brought to their steady state".to_owned(),
-        };
-        vec![shape, species]
-    }
-
     fn at_tolerance(&self, tolerance: Positive, until: Positive) -> Box<dyn IntegratorSpec> {
         let (rtol, atol) = scaled(tolerance, self.rtol, self.atol);
         let step = match self.method {
@@ -201,3 +185,63 @@ impl StaggeredSpec {
 }
 
 crate::register_kind!(dyn IntegratorSpec, "staggered", StaggeredSpec);
+
+/// The staggered integrator.
+pub(super) struct Staggered {
+    pub(super) spec: StaggeredSpec,
+    pub(super) chemistry: ChemistrySteps,
+    /// [`ChemistryMethod::power`] of the chemistry's method.
+    pub(super) power: f64,
+    /// The next step to try; none before the first.
+    pub(super) step: Option<f64>,
+    /// The first step tried.
+    pub(super) first: Option<f64>,
+    /// Error estimate of the last step, in units of the tolerance.
+    pub(super) error: f64,
+    /// How the shape moves, and by what.
+    pub(super) shape: MotionMethod,
+    pub(super) motion: Motion,
+    /// What it keeps where it has no storage.
+    pub(super) stabilised: Stabilised,
+    pub(super) growth: Growth,
+    /// Solves for the steady state of a chemistry without storage.
+    pub(super) steady: SteadyChemistry,
+    pub(super) internal: InternalSteps,
+    pub(super) policy: Storage,
+}
+
+/// What a quasi-static shape keeps from step to step.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(super) struct Stabilised {
+    /// η and the most that it is, factors on the drag of the scene; none before the first step.
+    pub(super) drag: Option<(f64, f64)>,
+    /// Iterations since the stability of the shape was checked.
+    pub(super) unchecked: usize,
+    /// Work of the drag and energy supplied since the start of the run, outside of snaps.
+    pub(super) work: (f64, f64),
+    /// The snap that is under way.
+    pub(super) snap: Option<Snap>,
+    /// Whether the shape is under way, rather than at rest.
+    pub(super) moves: bool,
+    /// The longest step from one equilibrium to another so far.
+    pub(super) longest: f64,
+}
+
+/// What is known about perturbations that grow under drag.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub(super) struct Growth {
+    /// Iterations since the last check.
+    pub(super) unchecked: usize,
+    /// Rate at which the fastest perturbation grew then, if steps were too long for it, 1/time.
+    pub(super) rate: Option<f64>,
+}
+
+/// A snap.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(super) struct Snap {
+    /// Energy that it has released so far.
+    pub(super) released: f64,
+    /// The vertex that has moved furthest in a step, and how far.
+    pub(super) vertex: usize,
+    pub(super) moved: f64,
+}

@@ -1,6 +1,6 @@
 //! A step of chemistry-fast: the chemistry is in steady state at every time.
 
-use super::Staggered;
+use super::spec::Staggered;
 use crate::model::State;
 use crate::solve::chemistry::Leap;
 use crate::solve::{Result, StepReport, Workspace};

@@ -1,6 +1,6 @@
 //! Lengths of the steps of [`Staggered`]: the first, those after an accepted and after a rejected one.
 
-use super::Staggered;
+use super::spec::Staggered;
 use crate::model::State;
 use crate::solve::{Result, Workspace};
 

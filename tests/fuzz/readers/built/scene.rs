@@ -115,7 +115,7 @@ pub fn tables(choices: &mut Choices) -> Vec<Table> {
         let energy = choices.pick(&["true", "1e-1"]);
         let mut laws = Table::new("[invariants]").with(&[("energy", energy), ("crossings", "0")]);
         if choices.seldom() {
-            laws.set("gauss-bonnet", "1e-9");
+            laws.set("force", "1e-9");
         }
         if chemical && choices.seldom() {
             laws.set("totals", if two { "{ \"c + 2 e\" = true }" } else { "{ c = true }" });

@@ -40,13 +40,14 @@
 use super::hessian::curved::{RingDerivatives, SecondFactors, differentiate};
 use super::hessian::ring;
 use super::kernels::{AreaVectors, Gradient};
-use super::{MeyerBending, MeyerWork, VertexDerivatives};
+use super::parts::{
+    CurvedRest, CurvedShape, CurvedWork, MeyerBending, MeyerWork, VertexDerivatives,
+};
 use crate::Vec3;
 use crate::effects::bending::HingeBending;
-use crate::effects::bending::hinge::HingeWork;
-use crate::effects::bending::rest::{Curved, RestShape, VariableCurvature};
+use crate::effects::bending::rest::RestShape;
 use crate::effects::material::at_vertices;
-use crate::effects::{Energy, FieldValues, Material, MaterialField};
+use crate::effects::{Energy, FieldValues, Material, MaterialField, Reads};
 use crate::geometry::{Conditions, Shape};
 use crate::num::real;
 use crate::parallel;
@@ -55,40 +56,6 @@ use crate::sheet::Sheet;
 
 /// Share of hinges at ν = 0.
 const HINGE_SHARE: f64 = 0.75;
-
-/// What a rest shape that is not the plane, or a spontaneous curvature, adds to a sheet.
-#[derive(Debug)]
-pub(super) struct CurvedRest {
-    /// Where it is unbent, if that is not the plane.
-    shaped: Option<CurvedShape>,
-    /// C₀ of every vertex; empty for 0.
-    spontaneous_curvature: Vec<f64>,
-    /// The C₀ that is added and changes in a run.
-    variable_curvature: VariableCurvature,
-    /// `1 - s` of every vertex.
-    vertices_share: FieldValues,
-}
-
-#[derive(Debug)]
-struct CurvedShape {
-    positions: Vec<Vec3>,
-    hinges: HingeBending<Curved>,
-}
-
-/// Memory of evaluations.
-#[derive(Debug, Default)]
-pub(super) struct CurvedWork {
-    /// N of every vertex at the shape.
-    pub normals: Vec<Vec3>,
-    /// `∂U/∂N` of every vertex.
-    pub by_normal: Vec<Vec3>,
-    /// 2H of the rest shape, and the same over Φ; empty if it is flat.
-    reference: Vec<f64>,
-    grown_reference: Vec<f64>,
-    /// C₀ that changes in a run; empty without.
-    variable_curvature: Vec<f64>,
-    pub hinge: HingeWork<Curved>,
-}
 
 /// One vertex at a shape.
 struct VertexState {
@@ -143,13 +110,13 @@ impl CurvedRest {
         }
     }
 
-    /// Whether C₀ reads the time.
-    pub(super) fn depends_on_time(&self) -> bool {
-        self.variable_curvature.timed.is_some()
+    /// What C₀ depends on.
+    pub(super) fn reads(&self) -> Reads<'static> {
+        self.variable_curvature.reads()
     }
 
     /// The hinges of a rest shape that is not flat.
-    pub(super) fn hinges(&self) -> Option<&HingeBending<Curved>> {
+    pub(super) fn hinges(&self) -> Option<&HingeBending> {
         self.shaped.as_ref().map(|shaped| &shaped.hinges)
     }
 

@@ -27,38 +27,22 @@
 //! Exact for frozen-Voronoi and barycentric areas; for `area = "mixed-voronoi"` the second
 //! derivatives of the area fractions are left out.
 
-mod boundary;
+pub(super) mod boundary;
 pub(super) mod curved;
 mod rings;
 mod triangles;
 
-use super::{BendingWeight, MeyerBending, VertexDerivatives};
+use super::parts::{At, Local, Places};
+use super::weight::BendingWeight;
 use crate::effects::HessianPart;
 use crate::geometry::Shape;
-use crate::linear::{BlockMatrix, LazyStencils, Stencils};
+use crate::linear::{BlockMatrix, Stencils};
 use crate::num::index;
 use crate::sheet::Sheet;
 
 use boundary::BoundaryHinges;
-use curved::CurvedAt;
 use rings::OuterPart;
 use triangles::InnerPart;
-
-/// Where the blocks of the two parts go.
-#[derive(Debug, Default)]
-pub(super) struct Places {
-    rings: LazyStencils,
-    local: Option<Local>,
-    triangles: LazyStencils,
-    boundary: Option<BoundaryHinges>,
-}
-
-/// For every interior vertex and each of its triangles, which members of the ring its corners are.
-#[derive(Debug)]
-struct Local {
-    start: Vec<u32>,
-    corners: Vec<[u16; 3]>,
-}
 
 impl Local {
     fn new(sheet: &Sheet) -> Self {
@@ -93,18 +77,6 @@ pub(super) fn ring(sheet: &Sheet, i: usize, vertices: &mut Vec<u32>) {
         vertices.extend(sheet.vertex_edges().entries(i).iter().map(|&(_, j)| j));
         vertices.sort_unstable();
     }
-}
-
-/// The energy with what it has gathered at the shape.
-#[derive(Clone, Copy)]
-pub(super) struct At<'a> {
-    pub bending: &'a MeyerBending,
-    /// As [`super::MeyerWork::gathered`].
-    pub gathered: &'a [[f64; 5]],
-    /// Derivatives by it, for the whole Hessian.
-    pub vertex: &'a [VertexDerivatives],
-    /// A rest shape that is not flat, or a spontaneous curvature.
-    pub curved: Option<CurvedAt<'a>>,
 }
 
 impl At<'_> {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::{MeyerBending, VertexDerivatives};
+use super::parts::{MeyerBending, VertexDerivatives};
 use crate::Vec3;
 use crate::geometry::{AreaRule, Shape};
 use crate::parallel::element_blocks::{Corners, F64x4, Group, Kernel};

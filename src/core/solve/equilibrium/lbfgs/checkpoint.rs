@@ -33,8 +33,7 @@ pub(super) struct LbfgsState<'a> {
 struct Factor<'a> {
     /// Rigid motions that are taken out.
     motions: Cow<'a, [Vec<Vec3>]>,
-    /// None where the metric is learnt from steps alone.
-    matrix: Option<Matrix<'a>>,
+    matrix: Matrix<'a>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -57,7 +56,7 @@ impl Lbfgs {
             learnt: self.inverse.learnt(),
             factor: self.factor.ready.then(|| Factor {
                 motions: Cow::Borrowed(self.gauge.motions()),
-                matrix: (!self.inverse.is_matrix_free()).then(|| self.matrix_memory()),
+                matrix: self.matrix_memory(),
             }),
         })
     }
@@ -95,7 +94,7 @@ impl Lbfgs {
         if let Some(factor) = factor {
             let vertices = mechanics.sheet().vertex_count();
             self.gauge.restore(factor.motions.into_owned(), (vertices, reduction))?;
-            matrix = factor.matrix;
+            matrix = Some(factor.matrix);
         }
         let pattern = match matrix.as_ref().map(|matrix| &matrix.pairs) {
             Some(Some(pairs)) => {

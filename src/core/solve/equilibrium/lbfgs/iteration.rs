@@ -14,9 +14,8 @@ use crate::solve::diagnosis::COLLAPSED;
 use crate::solve::equilibrium::lbfgs::REFRESH_INTERVALS;
 use crate::{Vec3, parallel};
 
-/// The same for a plain metric, by whether it is learnt from steps alone, which a start from nothing costs some
-/// steps. On Model I, loosely relaxed, 30 needed a seventh less iterations than 100 with blocks.
-const PLAIN_REFRESH_INTERVALS: (usize, usize) = (30, 100);
+/// The same for a plain metric. On Model I, loosely relaxed, 30 needed a seventh less iterations than 100.
+const PLAIN_REFRESH_INTERVAL: usize = 30;
 /// Sufficient decrease.
 const ARMIJO: f64 = 1e-4;
 /// Halvings of a step that the energy asked for, on average between two factorisations, from which on the
@@ -252,13 +251,12 @@ impl Lbfgs {
         self.gauge = Gauge::for_relaxation(potential, x, &at.gradient, goal);
         self.refactor(potential, x, at.done.residual)?;
         self.factor.weight = rules.weight;
-        at.stiffest = self.factor.shift >= MAX_SHIFT || self.inverse.is_matrix_free();
+        at.stiffest = self.factor.shift >= MAX_SHIFT;
         self.factor.shift = (0.1 * self.factor.shift).max(DIAGONAL_SHIFT);
         let small = potential.reduction().count(x.len()) <= real(SMALL_SHEET);
         let far = small && at.done.residual > NEARLY_AT_REST;
         let usual = match (self.inverse.is_vertexwise(), far) {
-            (true, _) if self.inverse.is_matrix_free() => PLAIN_REFRESH_INTERVALS.1,
-            (true, _) => PLAIN_REFRESH_INTERVALS.0,
+            (true, _) => PLAIN_REFRESH_INTERVAL,
             (false, true) => REFRESH_INTERVALS.0,
             (false, false) => REFRESH_INTERVALS.1,
         };

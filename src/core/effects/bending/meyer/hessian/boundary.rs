@@ -17,7 +17,7 @@
 //! and the whole Hessian know nothing of it.
 
 use super::super::super::dihedral;
-use super::super::BendingWeight;
+use super::super::weight::BendingWeight;
 use crate::effects::{FieldValues, element};
 use crate::geometry::Shape;
 use crate::linear::{BlockMatrix, LazyStencils};
@@ -28,7 +28,7 @@ const HINGE_SHARE: f64 = 0.75;
 
 /// The hinges with a corner on the boundary.
 #[derive(Debug)]
-pub(super) struct BoundaryHinges {
+pub(in super::super) struct BoundaryHinges {
     corners: Vec<[u32; 4]>,
     places: LazyStencils,
 }

@@ -10,10 +10,8 @@
 //! `P = 1 - n nᵀ`, and `∂N_i/∂x_m = Σ_T ½ [e_m]×`. The first term is the positive part. With a flat rest shape the
 //! stiffness is that of the file `rings.rs`.
 
-use super::At;
 use crate::Vec3;
-use crate::effects::bending::meyer::MeyerBending;
-use crate::effects::bending::meyer::curved::{CurvedRest, CurvedWork};
+use crate::effects::bending::meyer::parts::{At, CurvedAt, MeyerBending};
 use crate::geometry::{Face, Shape};
 use crate::linear::{Block, BlockMatrix, Sink, Stencils};
 
@@ -137,13 +135,6 @@ pub(in super::super) fn differentiate(
             place.area += area_slopes[m];
         }
     }
-}
-
-/// A rest shape, and the shape at which the second derivatives are wanted.
-#[derive(Clone, Copy)]
-pub(in super::super) struct CurvedAt<'a> {
-    pub rest: &'a CurvedRest,
-    pub work: &'a CurvedWork,
 }
 
 /// Adds the blocks of all rings.

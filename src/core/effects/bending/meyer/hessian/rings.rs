@@ -3,8 +3,8 @@
 //! Each block (p, q) of a ring is a sum of outer products `Σ_k a_k(p) b_k(q)ᵀ`: three from `|J|²`,
 //! two more from the rest of `f''`.
 
-use super::super::BendingWeight;
-use super::{At, Local};
+use super::super::parts::{At, Local};
+use super::super::weight::BendingWeight;
 use crate::Vec3;
 use crate::geometry::{AreaRule, Face, Shape};
 use crate::linear::{Elements, Packed, Rows, Sink};

@@ -3,7 +3,7 @@
 use super::super::kernels::{
     Triangles, angle_coefficients, corner_sum, derivatives, has_angle_terms,
 };
-use super::At;
+use super::super::parts::At;
 use crate::geometry::Shape;
 use crate::linear::{Elements, Rows, pack};
 use crate::parallel::simd::{LANES, Lanes3, Simd};

@@ -1,4 +1,4 @@
-//! What the members of a study are run for, and what is shown of them.
+//! What the members of a study are run for.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use super::gather::{MemberResults, MemberStatus, counts, gather};
 use super::plan::Plan;
 use super::{sweep, write_files};
 use crate::output::Interrupt;
-use crate::output::plot::{self, Block};
+use crate::output::plot;
 use crate::run::{Error, Result};
 
 /// What the members of a study are run for.
@@ -20,17 +20,6 @@ pub enum Purpose {
     Compare,
     /// Errors relative to references.
     Accuracy(Study),
-}
-
-/// What a study shows.
-#[derive(Debug)]
-pub struct Page {
-    /// Paragraphs, tables and plots.
-    pub blocks: Vec<Block>,
-    /// Names and texts of files.
-    pub files: Vec<(&'static str, String)>,
-    /// What is printed.
-    pub said: String,
 }
 
 impl Purpose {

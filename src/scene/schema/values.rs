@@ -1,11 +1,13 @@
-//! Tables that a reader takes: keys, which of them are needed, and how they depend on the kind that a tag names.
+//! Values that a reader takes: names, texts, lists, and tables with their keys, which of them are needed, and how they depend
+//! on the kind that a tag names.
 
 use std::collections::BTreeSet;
 
 use serde_json::{Map, Value as Json, json};
 
 use super::meaning::Meanings;
-use super::probe::{Described, Probe, UNKNOWN_WORD, describe, table_of};
+use super::numbers::numbers;
+use super::probe::{Described, Probe, UNKNOWN_WORD, node, table_of};
 use crate::document::{DocumentError, Value};
 
 /// Keys that name a kind, on which the other keys depend.
@@ -204,3 +206,79 @@ fn without(mut table: Described, tag: &str) -> Described {
     }
     table
 }
+
+/// What can stand at a place.
+pub(super) fn describe(probe: &Probe, meanings: &Meanings) -> Described {
+    if probe.is_too_deep() {
+        return Described { schema: json!({}), example: None };
+    }
+    let mut all = Vec::new();
+    all.extend(texts(probe));
+    all.extend(truths(probe));
+    all.extend(numbers(probe));
+    all.extend(tables(probe, meanings));
+    all.extend(list(probe, meanings));
+    let example = all.iter_mut().find_map(|one| one.example.take());
+    let mut schemas: Vec<Json> = all.into_iter().map(|one| one.schema).collect();
+    let mut schema = match schemas.len() {
+        0 => json!({}),
+        1 => schemas.remove(0),
+        _ => json!({ "anyOf": schemas }),
+    };
+    if let (Some(text), Json::Object(object)) = (meanings.own_text(), &mut schema) {
+        object.insert("description".to_owned(), text.into());
+    }
+    Described { schema, example }
+}
+
+/// Names, or any text.
+fn texts(probe: &Probe) -> Option<Described> {
+    let text = |text: &str| Value::String(text.to_owned());
+    if let Some(names) = probe.names() {
+        // Some of them need a value, and so a table.
+        let alone = |name: &String| {
+            !probe.problem(text(name)).is_some_and(|problem| probe.concerns(&problem))
+        };
+        let names: Vec<String> = names.into_iter().filter(alone).collect();
+        let first = names.first().map(|name| text(name));
+        return first
+            .map(|first| Described { schema: json!({ "enum": names }), example: Some(first) });
+    }
+    let taken = FREE_TEXTS.into_iter().find(|one| probe.refusal(text(one)).is_none())?;
+    Some(Described { schema: json!({ "type": "string" }), example: Some(text(taken)) })
+}
+
+/// `true`, `false` or both.
+fn truths(probe: &Probe) -> Option<Described> {
+    let taken = |value: &bool| probe.refusal(Value::Boolean(*value)).is_none();
+    let all: Vec<bool> = [true, false].into_iter().filter(taken).collect();
+    let schema = if all.len() == 2 { json!({ "type": "boolean" }) } else { json!({ "enum": all }) };
+    all.first().map(|first| Described { schema, example: Some(Value::Boolean(*first)) })
+}
+
+/// A list, with the numbers of elements that it can have.
+fn list(probe: &Probe, meanings: &Meanings) -> Option<Described> {
+    const MAX_ENTRIES: usize = 6;
+    let of = |item: &Value, length| Value::Array(vec![node(item.clone()); length]);
+    // Of a wrong element the reader complains about that, not about the list.
+    let wrong = Value::Date(String::new());
+    if [0, 1].into_iter().all(|length| probe.refusal(of(&wrong, length)).is_some()) {
+        return None;
+    }
+    let item = describe(&probe.item(), meanings);
+    let mut schema = json!({ "type": "array", "items": item.schema });
+    let example = item.example?;
+    let fits = |length: &usize| probe.refusal(of(&example, *length)).is_none();
+    let lengths: Vec<usize> = (0..=MAX_ENTRIES).filter(fits).collect();
+    let (least, most) = (*lengths.first()?, *lengths.last()?);
+    if least > 0 {
+        schema["minItems"] = least.into();
+    }
+    if most < MAX_ENTRIES {
+        schema["maxItems"] = most.into();
+    }
+    Some(Described { schema, example: Some(of(&example, least)) })
+}
+
+/// Texts of which every free text takes one: any, an axis, a formula.
+const FREE_TEXTS: [&str; 4] = [UNKNOWN_WORD, "x", "1", "a.vtu"];
