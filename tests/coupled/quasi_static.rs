@@ -268,7 +268,7 @@ time = { until = 0.042, integrator = { kind = "staggered", longest_step = 0.001 
 
 /// A strip that its load bends by ten times its edges: a smooth path, along which steps move soft parts far.
 const CANTILEVER: &str = r#"
-sheet = { shape = "rectangle", width = 20.0, height = 2.0, vertices = 200 }
+sheet = { shape = "rectangle", width = 20.0, height = 2.0, vertices = 300 }
 material = { young = 1e3, poisson = 0.0, thickness = 0.2 }
 effect = [
     { kind = "stretching", model = "stvk" },

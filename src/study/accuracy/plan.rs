@@ -222,7 +222,7 @@ impl Base<'_> {
         let mut candidates = Vec::new();
         for text in texts {
             let choice = IntegratorChoice::read(self.scene, self.set, text, "--integrator")?;
-            match self.fault(&choice)? {
+            match self.fault(&choice, asked)? {
                 Some(why) if asked => return Err(Error::Refused(format!("{text}: {why}"))),
                 Some(why) => self.left_out.push(format!("{}: {why}", choice.name)),
                 None if candidates.contains(&choice) => {}
@@ -284,7 +284,7 @@ impl Base<'_> {
                 break;
             }
             let read = IntegratorChoice::read(self.scene, self.set, text, "--reference");
-            let choice = match read.and_then(|choice| Ok((self.fault(&choice)?, choice))) {
+            let choice = match read.and_then(|choice| Ok((self.fault(&choice, !asked.is_empty())?, choice))) {
                 Ok((None, choice)) => choice,
                 Ok((Some(why), choice)) => {
                     self.left_out.push(format!("reference by {}: {why}", choice.name));
@@ -324,8 +324,8 @@ impl Base<'_> {
         Ok(())
     }
 
-    /// Why an integrator does not go with the scene, if it does not.
-    fn fault(&self, choice: &IntegratorChoice) -> Result<Option<String>> {
+    /// Why an integrator does not go with the scene, if it does not; an error, with its place, of one that is asked for.
+    fn fault(&self, choice: &IntegratorChoice, asked: bool) -> Result<Option<String>> {
         let Some(tolerance) = self.options.tolerances.first() else {
             return Err(Error::Refused("no tolerances are given".into()));
         };
@@ -334,9 +334,7 @@ impl Base<'_> {
             Ok(_) => Ok(None),
             Err(Error::Solve(SolveError::Pairing(why))) => Ok(Some(why)),
             // With its own integrator the scene is valid.
-            Err(Error::Scene(error)) => {
-                Ok(Some(error.to_string().lines().next().unwrap_or_default().to_owned()))
-            }
+            Err(Error::Scene(error)) if !asked => Ok(Some(error.message().to_owned())),
             Err(error) => Err(error),
         }
     }

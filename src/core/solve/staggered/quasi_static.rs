@@ -136,7 +136,7 @@ impl Staggered {
         if self.stabilised.rests() {
             self.stabilised.longest = self.stabilised.longest.max(next.time - state.time);
         }
-        let after = workspace.energy(next)?;
+        let mut after = workspace.energy(next)?;
         // The work of a constraint is not in U.
         if !workspace.model.mechanics().is_constrained() {
             let lost = lost_in_snap(workspace, (state, before), (next, after))?;
@@ -147,6 +147,9 @@ impl Staggered {
         if self.stabilised.rests() && self.stabilised.unchecked >= CHECK_INTERVAL {
             self.stabilised.unchecked = 0;
             workspace.leave_saddle(next, done)?;
+            let left = workspace.energy(next)?;
+            done.dissipated += after - left;
+            after = left;
         }
         done.moving = !self.stabilised.rests();
         done.residual = workspace.reported_residual(next)?;
