@@ -296,3 +296,34 @@ fn a_soft_strip_is_at_rest_under_a_growing_load() {
     let [grown, at_once] = ["t", "1"].map(|ramp| height(&CANTILEVER.replace("RAMP", ramp)));
     assert!(at_once > 9.0 && (grown / at_once - 1.0).abs() < 1e-3, "{grown} {at_once}");
 }
+
+/// Soft modes far from their minimum have small forces too: a thin strip curls, and a cantilever bends all along, by forces below the
+/// usual tolerance.
+#[test]
+fn soft_sheets_come_to_rest_however_small_their_forces_are() {
+    let strip = |thickness: f64, effects: &str| {
+        format!(
+            "sheet = {{ shape = 'rectangle', width = 20.0, height = 2.0, vertices = 200 }}\n\
+             material = {{ young = 1e3, poisson = 0.0, thickness = {thickness} }}\n\
+             time = {{ until = 1.0 }}\n\
+             effect = [{{ kind = 'stretching', model = 'stvk' }}, {effects}]\n"
+        )
+    };
+    let curled = strip(0.01, "{ kind = 'bending', curvature = '0.05' }");
+    let tip = "{ kind = 'bending' }, \
+               { kind = 'pin', where = { box = { min = [-10.1, -2, -1], max = [-9.0, 2, 1] } }, axes = 'xyz' }, \
+               { kind = 'pin', where = { box = { min = [9.9, -2, -1], max = [10.1, 2, 1] } }, axes = 'z', displacement = [0, 0, 0.2] }";
+    let bent = strip(0.02, tip);
+    for text in [curled, bent] {
+        let end = |overrides: &[&str]| {
+            let (_, mut simulation) = prepare(&text, overrides);
+            simulation.prepare().unwrap();
+            while simulation.state().time < 1.0 {
+                simulation.step(1.0).unwrap();
+            }
+            energy(&mut simulation)
+        };
+        let (usual, tight) = (end(&[]), end(&["equilibrium.tolerance=1e-11"]));
+        assert!((usual / tight - 1.0).abs() < 0.02, "{usual} {tight}");
+    }
+}

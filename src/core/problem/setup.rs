@@ -272,7 +272,8 @@ impl Problem<'_> {
             .map_err(|e| ProblemError::new(ProblemPart::Equilibrium, e.to_string(), None))?;
         let (tolerance, max_iterations) =
             (method.tolerance().on(&potential), method.max_iterations());
-        Ok(Some(Relaxer { equilibrium, tolerance, max_iterations }))
+        let tightest = method.tolerance().tightest(&potential);
+        Ok(Some(Relaxer { equilibrium, tolerance, tightest, max_iterations }))
     }
 
     /// The species on the sheet.

@@ -22,12 +22,17 @@ use crate::solve::Control;
 pub(super) use minimisation::{Bound, Minimisation, RampConditions};
 pub(super) use rest::DISTANCE_TOLERANCE;
 
+/// Factors by which a force tolerance is tightened at once.
+const TIGHTENING: (f64, f64) = (1e-2, 0.3);
+
 /// How a shape is relaxed.
 pub struct Relaxer {
     /// The method.
     pub equilibrium: Box<dyn Equilibrium>,
     /// Largest force on a vertex that counts as rest, in units of the force scale.
     pub tolerance: f64,
+    /// What it may be tightened to for soft sheets, where the scene does not give it.
+    pub tightest: Option<f64>,
     /// Iterations after which a relaxation has failed.
     pub max_iterations: usize,
 }
@@ -107,6 +112,17 @@ impl Workspace {
         self.relaxer.as_ref().map_or(0.0, |relaxer| relaxer.tolerance)
     }
 
+    /// Tightens it by about `share`, if that is allowed and round-off lets it; whether it has.
+    pub(super) fn tighten(&mut self, share: f64) -> bool {
+        let Some(relaxer) = &mut self.relaxer else { return false };
+        let tighter = relaxer.tolerance * share.clamp(TIGHTENING.0, TIGHTENING.1);
+        let allowed = relaxer.tightest.is_some_and(|tightest| tighter > tightest);
+        if allowed {
+            relaxer.tolerance = tighter;
+        }
+        allowed
+    }
+
     /// Iterations so far, those of rejected searches included.
     pub(super) fn iterations(&self) -> u64 {
         self.model.tally().work().iterations
@@ -130,7 +146,9 @@ impl Workspace {
     /// What later relaxations depend on besides their states.
     #[must_use]
     pub fn memory(&self) -> Record {
-        self.relaxer.as_ref().map_or_else(Record::default, |relaxer| relaxer.equilibrium.memory())
+        let of =
+            |relaxer: &Relaxer| Record::encode(&(relaxer.tolerance, relaxer.equilibrium.memory()));
+        self.relaxer.as_ref().map_or_else(Record::default, of)
     }
 
     /// Takes over the memory of one for the same model.
@@ -139,7 +157,11 @@ impl Workspace {
     /// [`Malformed`] for anything else.
     pub fn restore(&mut self, memory: &Record) -> Result<(), Malformed> {
         match &mut self.relaxer {
-            Some(relaxer) => relaxer.equilibrium.restore(memory, self.model.mechanics()),
+            Some(relaxer) => {
+                let (tolerance, memory): (f64, Record) = memory.read()?;
+                relaxer.tolerance = tolerance;
+                relaxer.equilibrium.restore(&memory, self.model.mechanics())
+            }
             None => Ok(()),
         }
     }

@@ -5,6 +5,8 @@
 //!             10⁻⁴ F                  where the largest load F on a vertex, in this unit, is below 10⁻³
 //!             64 ε × extent / mean edge                at least: round-off of positions leaves such forces
 //! ```
+//!
+//! In a run it is tightened where Newton's step from a shape at rest leads far (`workspace/saddle.rs`).
 
 use std::fmt;
 
@@ -44,6 +46,12 @@ impl ForceTolerance {
             true => rounded((LOAD_SHARE * load).max(least(potential))),
             false => self.without_loads(),
         }
+    }
+
+    /// The least that it is tightened to where soft modes are far from rest; `None` if it is given.
+    #[must_use]
+    pub fn tightest(self, potential: &Potential) -> Option<f64> {
+        (self == Self::Auto).then(|| least(potential))
     }
 
     /// The number where there are no loads.

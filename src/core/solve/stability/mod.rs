@@ -155,19 +155,27 @@ impl Stability {
         potential: &mut Potential,
         x: &[Vec3],
     ) -> Result<Inertia, SolveError> {
-        self.inertia_below(potential, x, 0.0)
+        self.inertia_below(potential, x, 0.0, None)
     }
 
-    /// The same with a resolution of at least `least`, force/length³.
+    /// The same with a resolution of at least `least`, force/length³. Replaces `forces` by the solution with H on the complement of
+    /// the rigid motions.
     pub(in crate::solve) fn inertia_below(
         &mut self,
         potential: &mut Potential,
         x: &[Vec3],
         least: f64,
+        forces: Option<&mut [Vec3]>,
     ) -> Result<Inertia, SolveError> {
         let (unit, rigid, terms) = self.assemble(potential, x)?;
         let control = self.control.clone();
-        count(&mut self.restricted(rigid, terms), (unit, least), &control)
+        let mut restricted = self.restricted(rigid, terms);
+        let inertia = count(&mut restricted, (unit, least), &control)?;
+        if let Some(forces) = forces {
+            restricted.solve(forces);
+            restricted.update_ghosts(forces);
+        }
+        Ok(inertia)
     }
 
     /// The `count` smallest eigenvalues at `x` with their modes; fewer if the sheet has no more.

@@ -141,7 +141,12 @@ impl Workspace {
     }
 
     /// The motion to an equilibrium, stable or not.
-    fn flow(&mut self, state: &mut State, ramp: Option<Ramp>, done: &mut Relaxation) -> Result<()> {
+    pub(super) fn flow(
+        &mut self,
+        state: &mut State,
+        ramp: Option<Ramp>,
+        done: &mut Relaxation,
+    ) -> Result<()> {
         if ramp.is_none()
             && let Some(near) = self.rest_nearby(state, None)?
         {

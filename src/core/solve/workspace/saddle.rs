@@ -12,8 +12,9 @@
 use std::sync::Arc;
 
 use super::super::equilibrium::{Relaxation, is_flat};
-use super::super::stability::{Mode, Stability};
+use super::super::stability::{Inertia, Mode, Stability};
 use super::super::{Result, SolveError};
+use super::rest::{DISTANCE_TOLERANCE, NEARBY};
 use super::{Control, Workspace};
 use crate::Vec3;
 use crate::geometry::lumped_areas;
@@ -28,6 +29,11 @@ const MODE_DISPLACEMENT: f64 = 0.1;
 /// anywhere on a sphere is held by its mesh alone.
 const NEUTRAL_DISTANCE: f64 = 2.0 * MODE_DISPLACEMENT;
 
+/// Times that the force tolerance is tightened for one shape.
+const MAX_TIGHTENINGS: usize = 4;
+/// Falls of the energy below this share of it leave a shape within a few per cent of its minimum.
+const NOTICEABLE_FALL: f64 = 1e-3;
+
 impl Workspace {
     /// Whether the stability of equilibria can be judged: not on sheets that are too large for a factor of the indefinite
     /// Hessian, or spread over ranks.
@@ -39,7 +45,8 @@ impl Workspace {
 
     /// Displaces `state`, an equilibrium, along its negative-curvature mode, if it has one: from a saddle no force leads.
     /// Where another equilibrium is near, the shape rests there. Whether it has left. A perfectly flat sheet stays flat: no
-    /// motion leads out of its plane, and the scene says how symmetry is broken.
+    /// motion leads out of its plane, and the scene says how symmetry is broken. A minimum is brought nearer where forces as small
+    /// as count for rest leave it far.
     ///
     /// # Errors
     /// If the model has no value there.
@@ -48,12 +55,16 @@ impl Workspace {
         state: &mut State,
         done: &mut Relaxation,
     ) -> Result<bool> {
-        if is_flat(&state.x, self.reduction()) {
+        if self.model.is_chemistry_alone() || !self.judges_stability() {
             return Ok(false);
         }
-        let Some(Mode { shape: mode, .. }) = self.unstable_mode(state, 0.0)? else {
-            return Ok(false);
+        let mode = match self.approach_minimum(state, done)? {
+            Inertia { negative: 1.., .. } if !is_flat(&state.x, self.reduction()) => {
+                self.unstable_mode(state, 0.0)?
+            }
+            _ => None,
         };
+        let Some(Mode { shape: mode, .. }) = mode else { return Ok(false) };
         let edge = self.model.mechanics().reference().mean_edge();
         let saddle = state.x.clone();
         let mut x = saddle.to_vec();
@@ -67,6 +78,63 @@ impl Workspace {
         }
         done.add(&near);
         Ok(true)
+    }
+
+    /// Tightens the force tolerance, unless the scene gives one, and lets the shape of `state` come to rest again, while Newton's step
+    ///
+    /// ```text
+    /// δ = -H⁻¹ ∂U/∂x      farther than the trust region, with -½ ∂U/∂x·δ a noticeable share of U
+    /// ```
+    ///
+    /// leads far: soft modes, of thin sheets and near buckling, have small forces far from their minimum.
+    ///
+    /// # Errors
+    /// If the model has no value there.
+    fn approach_minimum(&mut self, state: &mut State, done: &mut Relaxation) -> Result<Inertia> {
+        let edge = self.model.mechanics().reference().mean_edge();
+        for _ in 0..MAX_TIGHTENINGS {
+            let Ok((inertia, distance)) = self.distance_to_minimum(state) else { break };
+            let far = inertia.negative == 0 && distance > NEARBY * edge;
+            if !far || !self.tighten(DISTANCE_TOLERANCE * edge / distance) {
+                return Ok(inertia);
+            }
+            let mut next = state.clone();
+            match self.flow(&mut next, None, done) {
+                Ok(()) => state.x = next.x,
+                Err(error) if error.is_recoverable() => return Ok(inertia),
+                Err(error) => return Err(error),
+            }
+        }
+        match self.distance_to_minimum(state) {
+            Err(SolveError::Interrupted) => Err(SolveError::Interrupted),
+            Ok((inertia, _)) => Ok(inertia),
+            Err(_) => Ok(Inertia { negative: 0, rigid: 0, resolution: f64::INFINITY }),
+        }
+    }
+
+    /// The inertia at `state`, and the largest displacement of Newton's step there; 0 where the energy hardly falls along it.
+    fn distance_to_minimum(&mut self, state: &State) -> Result<(Inertia, f64)> {
+        let tolerance = self.force_tolerance();
+        let Self { model, control, memory, stability, .. } = self;
+        let mut at = model.at(state, memory);
+        let (potential, x) = (at.potential()?, &state.x);
+        let mut step = vec![Vec3::zeros(); x.len()];
+        let energy = potential.energy_gradient(x, &mut step);
+        let pins = potential.pins().clone();
+        let free = |i: usize, v: &mut Vec3| (0..3).for_each(|a| v[a] *= f64::from(!pins[i][a]));
+        parallel::update(&mut step, |i, v| {
+            *v = -*v;
+            free(i, v);
+        });
+        let force = step.clone();
+        let judge = judge(stability, control, potential)?;
+        let inertia = judge.inertia_below(potential, x, 0.0, Some(&mut step))?;
+        parallel::update(&mut step, |i, v| free(i, v));
+        let reduction = potential.reduction();
+        let fall = 0.5 * reduction.dot(&force, &step);
+        let negligible = tolerance * potential.force_scale() * potential.metric().mean_edge();
+        let falls = fall > NOTICEABLE_FALL * (energy.abs() + negligible);
+        Ok((inertia, if falls { reduction.largest(&step) } else { 0.0 }))
     }
 
     /// The rate σ at which the fastest perturbation of the shape of `state` grows under drag, if a step of this length would
@@ -127,13 +195,22 @@ fn lowest_mode(
     (potential, x): (&mut Potential, &[Vec3]),
     least: f64,
 ) -> Result<Option<Mode>> {
+    let judge = judge(stability, control, potential)?;
+    if judge.inertia_below(potential, x, least, None)?.negative == 0 {
+        return Ok(None);
+    }
+    Ok(judge.spectrum(potential, x, 1)?.modes.pop())
+}
+
+/// What judges stability, made when it is first asked.
+fn judge<'s>(
+    stability: &'s mut Option<Stability>,
+    control: &Control,
+    potential: &Potential,
+) -> Result<&'s mut Stability> {
     let judge = match stability.take() {
         Some(judge) => judge,
         None => Stability::new(potential.mechanics())?,
     };
-    let judge = stability.insert(judge.with_control(control));
-    if judge.inertia_below(potential, x, least)?.negative == 0 {
-        return Ok(None);
-    }
-    Ok(judge.spectrum(potential, x, 1)?.modes.pop())
+    Ok(stability.insert(judge.with_control(control)))
 }
