@@ -5,7 +5,8 @@ use std::time::{Duration, Instant, SystemTime};
 
 use clap::Args;
 
-use super::{SceneArgs, plural, warn};
+use super::{SceneArgs, warn};
+use crate::num::plural;
 use crate::output::{Interrupt, ResultDirectory};
 use crate::run::follow::{Follow, FollowEvent, FollowSummary, Measure, Request};
 use crate::run::run::end;

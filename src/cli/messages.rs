@@ -32,8 +32,3 @@ impl Waiting {
 pub(super) fn warn(text: &str) {
     let _ = writeln!(std::io::stderr(), "{}", text.trim_end());
 }
-
-/// A count with its noun.
-pub(super) fn plural(count: usize, one: &str, more: &str) -> String {
-    format!("{count} {}", if count == 1 { one } else { more })
-}

@@ -25,6 +25,7 @@ mod picture;
 mod plugin;
 mod ranks;
 mod resume;
+mod retired;
 mod run;
 mod scene_args;
 mod schema;
@@ -35,13 +36,13 @@ mod view;
 use std::io::IsTerminal;
 use std::process::ExitCode;
 
-use clap::{Arg, ColorChoice, CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::{ColorChoice, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 
 use crate::Error;
 use crate::output::interrupt;
 use crate::solve::SolveError;
 use findings::Findings;
-use messages::{Waiting, plural, warn};
+use messages::{Waiting, warn};
 use scene_args::{SceneArgs, absolute, finite, set_threads};
 use user::defaults;
 
@@ -111,7 +112,7 @@ pub fn main() -> ExitCode {
         Err(error) => {
             let text = match &error {
                 Error::Scene(scene) => scene.rendered(colours(cli.color)),
-                other => format!("error: {other}"),
+                other => error_line(other, colours(cli.color)),
             };
             (exit_code(&error), text)
         }
@@ -143,6 +144,31 @@ fn run_command(command: &Command) -> crate::Result<()> {
     }
 }
 
+/// The command line, or the end of the program with a message.
+fn parsed() -> Cli {
+    let given: Vec<String> =
+        std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
+    let choice = colour_choice(&given);
+    let parsed = Cli::command().color(choice).try_get_matches_from(std::env::args_os());
+    let error = match parsed.and_then(|matches| Cli::from_arg_matches(&matches)) {
+        Ok(cli) => return cli,
+        Err(error) => error,
+    };
+    // Help and the version are no errors.
+    let instead = retired::find(&given).filter(|_| error.use_stderr());
+    let Some((word, instead)) = instead else { error.exit() };
+    warn(&error_line(format!("`{word}` is gone: {instead}"), colours(choice)));
+    std::process::exit(2)
+}
+
+/// The value of `--color` in a command line that may have mistakes.
+fn colour_choice(given: &[String]) -> ColorChoice {
+    let mut pairs = given.iter().zip(given.iter().skip(1));
+    let apart = pairs.find(|(option, _)| *option == "--color").map(|(_, value)| value.as_str());
+    let value = apart.or_else(|| given.iter().find_map(|word| word.strip_prefix("--color=")));
+    value.and_then(|value| ColorChoice::from_str(value, false).ok()).unwrap_or_default()
+}
+
 /// Whether messages have colours.
 fn colours(choice: ColorChoice) -> bool {
     match choice {
@@ -156,83 +182,10 @@ fn colours(choice: ColorChoice) -> bool {
     }
 }
 
-/// Commands and options of earlier versions, and what to write instead.
-const RETIRED: [(&[&str], &str); 12] = [
-    (&["sweep", "--memory"], "give fewer --jobs"),
-    (&["compare", "--memory"], "give fewer --jobs"),
-    (&["accuracy", "--memory"], "give fewer --jobs"),
-    (&["accuracy", "--repeats"], "the processor time of one run is taken"),
-    (&["accuracy", "--over"], "make a study for each value, with --set KEY=VALUE"),
-    (&["plugin", "validate", "--time-limit"], "end a check that does not return with Ctrl-C"),
-    (&["sweep", "--slurm"], ARRAY_JOB),
-    (&["compare", "--slurm"], ARRAY_JOB),
-    (&["accuracy", "--slurm"], ARRAY_JOB),
-    (&["run", "--slurm"], "write a job script (docs/book/manual/ranks.md)"),
-    (
-        &["mesh", "repair"],
-        "mend the mesh in MeshLab, PyMeshLab or Blender; `rumple mesh check FILE` names its faults",
-    ),
-    (&["plugin", "bench"], "`rumple explain DIR` has the time and the points of the law in a run"),
-];
-const ARRAY_JOB: &str =
-    "write a job script of `rumple sweep member`, after --plan (docs/book/manual/sweeps.md)";
-
-/// Options of `mesh generate` that are keys of `[sheet]`.
-const SIZES: [&str; 13] = [
-    "--radius",
-    "--width",
-    "--height",
-    "--inner",
-    "--outer",
-    "--irregular",
-    "--caps",
-    "--major",
-    "--minor",
-    "--semi-axes",
-    "--amplitude",
-    "--wavelength",
-    "--z",
-];
-
-/// `command` that refuses a retired command or option of its own, or of one of its commands.
-fn retire(command: clap::Command, words: &[&'static str], instead: &'static str) -> clap::Command {
-    let refuse = move |_: &str| Err::<String, _>(format!("this is gone: {instead}"));
-    match *words {
-        [word] => match word.strip_prefix("--") {
-            Some(option) => command.arg(
-                Arg::new(option)
-                    .long(option)
-                    .hide(true)
-                    .num_args(0..=1)
-                    .default_missing_value("")
-                    .value_parser(refuse),
-            ),
-            None => command.subcommand(
-                clap::Command::new(word).hide(true).about(instead).arg(
-                    Arg::new("retired")
-                        .num_args(1..)
-                        .required(true)
-                        .allow_hyphen_values(true)
-                        .value_parser(refuse),
-                ),
-            ),
-        },
-        [command_name, ref rest @ ..] => {
-            command.mut_subcommand(command_name, |command| retire(command, rest, instead))
-        }
-        [] => command,
-    }
-}
-
-/// The command line; what is retired is refused with what to write instead.
-fn parsed() -> Cli {
-    let retired = |command, (words, instead)| retire(command, words, instead);
-    let command = RETIRED.into_iter().fold(Cli::command(), retired);
-    let size = |command, size| {
-        retire(command, &["mesh", "generate", size], "write KEY=VALUE, as radius=5")
-    };
-    let command = SIZES.into_iter().fold(command, size);
-    Cli::from_arg_matches(&command.get_matches()).unwrap_or_else(|error| error.exit())
+/// A message that begins with `error:`.
+fn error_line(message: impl std::fmt::Display, colours: bool) -> String {
+    let error = if colours { "\x1b[1;31merror:\x1b[0m" } else { "error:" };
+    format!("{error} {message}")
 }
 
 fn exit_code(error: &Error) -> u8 {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{Waiting, finite};
-use crate::num::Short;
+use crate::num::{Short, plural};
 use crate::run::Result;
 use crate::view::picture::{self, ColourRange, DrawingOptions, View};
 
@@ -113,7 +113,7 @@ pub(super) fn movie(args: &MovieArgs) -> Result<()> {
     let _waiting = Waiting::on("a browser draws", false);
     let files = (root.as_path(), path.as_path(), args.drawing.force);
     let frames = picture::movie(files, &args.drawing.drawing(), (args.frames.into(), args.rate))?;
-    say!("{}: {frames} frames", path.display());
+    say!("{}: {}", path.display(), plural(frames, "frame", "frames"));
     Ok(())
 }
 

@@ -6,7 +6,8 @@ use std::time::SystemTime;
 
 use clap::Args;
 
-use super::{SceneArgs, plural};
+use super::SceneArgs;
+use crate::num::plural;
 use crate::output::{Claim, Interrupt, Mode, Progress, ResultDirectory, SelfIntersection};
 use crate::reduction::Communicator;
 use crate::run::ranks::{self, agreed};

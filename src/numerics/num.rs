@@ -15,6 +15,12 @@ pub fn real(count: usize) -> f64 {
     count as f64
 }
 
+/// A count with its noun, in the singular or the plural.
+#[must_use]
+pub fn plural(count: usize, one: &str, more: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { more })
+}
+
 /// A vertex, edge or face number as stored in index arrays.
 ///
 /// Sheets are refused on input before they reach 2^32 entities, so saturation is never seen.

@@ -4,13 +4,10 @@ use super::Result;
 use super::fields::qualities;
 use crate::Vec3;
 use crate::effects::Measure;
-use crate::geometry::{Face, sum_at_corners};
-use crate::kinetics::Location;
-use crate::model::{Chemistry, Evaluation, Model};
+use crate::model::{Evaluation, Model};
 use crate::num::real;
 use crate::parallel::{self, BLOCK};
 use crate::reduction::Reduction;
-use crate::sheet::Sheet;
 use crate::solve::StepReport;
 use crate::solve::equilibrium::Relaxation;
 use crate::solve::rejections::Cause;
@@ -147,19 +144,8 @@ impl ShapeSums {
         if amount && !self.area.is_empty() {
             return;
         }
-        self.area = point_areas(chemistry, sheet, if amount { sheet.rest() } else { x });
+        self.area = chemistry.point_areas(sheet, if amount { sheet.rest() } else { x });
     }
-}
-
-/// Areas that go with the species in the shape `x`, of the triangles or the vertices that they live on.
-pub(super) fn point_areas(chemistry: &Chemistry, sheet: &Sheet, x: &[Vec3]) -> Vec<f64> {
-    let area = |t: usize| Face::from_corners(&sheet.triangles()[t].map(|v| x[v as usize])).area;
-    let mut areas = vec![0.0; chemistry.points(sheet)];
-    match chemistry.location() {
-        Location::Vertex => sum_at_corners(sheet, |t| area(t) / 3.0, &mut areas),
-        _ => parallel::fill(&mut areas, area),
-    }
-    areas
 }
 
 /// The integral of `c`, over the areas `share` of its points, and its least and largest value.

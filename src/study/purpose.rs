@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::accuracy::Study;
 use super::compare::{self, Comparison};
-use super::gather::{MemberResults, MemberStatus, counts, gather};
+use super::gather::{MemberResults, MemberStatus, counted, counts, gather};
 use super::plan::Plan;
 use super::{sweep, write_files};
 use crate::output::Interrupt;
@@ -103,9 +103,9 @@ impl Purpose {
             };
         };
         Err(Error::Incomplete(format!(
-            "{} of {} members did not come to their end; the first: {}: {}: {}",
+            "{} of {} did not come to their end; the first: {}: {}: {}",
             members.iter().filter(lost).count(),
-            members.len(),
+            counted(members.len()),
             first.name,
             first.status,
             first.reason

@@ -9,6 +9,7 @@ use super::ledger::{self, Columns};
 use super::record::{Record, text_of};
 use super::runs::{self, FoundRuns};
 use super::sheet::{self, Sheet};
+use crate::num::plural;
 use crate::output::ResultDirectory;
 use crate::run::{Error, Result};
 use serde_json::Value;
@@ -121,13 +122,15 @@ fn summary(found: &FoundRuns, sheets: &[&Sheet], (shown, of): (usize, usize)) ->
     let frames = match sheets {
         [] => "no frames".to_owned(),
         [sheet] => format!(
-            "{shown} of {of} frames, {} vertices, {} triangles",
-            sheet.vertices, sheet.faces
+            "{shown} of {}, {} vertices, {} triangles",
+            plural(of, "frame", "frames"),
+            sheet.vertices,
+            sheet.faces
         ),
         _ => format!("{shown} of {of} frames of {} runs", sheets.len()),
     };
     match found.study {
-        true => format!("{} members; {frames}", found.runs.len()),
+        true => format!("{}; {frames}", plural(found.runs.len(), "member", "members")),
         false => frames,
     }
 }

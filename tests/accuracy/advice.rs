@@ -60,7 +60,7 @@ fn bad_arguments_are_refused_before_anything_is_made() {
         (&["--integrator", "explicit"], "an explicit integrator needs a rate"),
         (&["--of", "colour"], "possible values"),
         (&["--over", "material.thickness=1,2"], "with --set KEY=VALUE"),
-        (&["--repeats", "3"], "this is gone: the processor time of one run is taken"),
+        (&["--repeats", "3"], "`--repeats` is gone: the processor time of one run is taken"),
         (&["--integrator", "explicit"], "[--integrator:1:17]"),
         (&["--reference", "explicit"], "[--reference:1:17]"),
         (&["--integrator", "bdf"], "write { kind = \"monolithic\", method = \"bdf\" }"),

@@ -2,6 +2,7 @@
 
 mod branches;
 mod chemistry;
+mod conserved;
 mod curvature;
 mod first_steps;
 mod floating;

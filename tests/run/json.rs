@@ -98,9 +98,13 @@ fn plugins_are_listed_described_and_validated() {
 fn colours_are_chosen_and_the_version_is_stated() {
     let folder = folder(SMALL);
     for (choice, coloured) in [("always", true), ("never", false), ("auto", false)] {
-        let args = ["check", "scene.toml", "--set", "sheet.x=1", "--color", choice];
-        let said = text(&rumple(folder.path(), &args).stderr);
-        assert_eq!(said.contains('\u{1b}'), coloured, "{choice}: {said}");
+        // A mistake in a scene, another, one of the command line, and a retired option.
+        for line in ["check scene.toml --set sheet.x=1", "view none", "check", "run a --slurm"] {
+            let mut args: Vec<&str> = line.split(' ').collect();
+            args.extend(["--color", choice]);
+            let said = text(&rumple(folder.path(), &args).stderr);
+            assert_eq!(said.contains('\u{1b}'), coloured, "{line} {choice}: {said}");
+        }
     }
     let said = text(&passes(folder.path(), "--version").stdout);
     let version = format!("rumple {}", env!("CARGO_PKG_VERSION"));

@@ -29,7 +29,10 @@ fn bad_keys_and_values_are_refused_before_anything_is_made() {
         (&[over, "sheet.seed=1..2", "--seeds", "2"], &["sheet.seed", "twice"]),
         (&[over, "material.young=1..200", over, "sheet.seed=1..200"], &["10000"]),
         (&[over, "material.thickness=1,2", "--memory", "8GB"], &["--memory", "--jobs"]),
-        (&[over, "material.thickness=1,2", "--slurm"], &["--slurm", "--plan"]),
+        (
+            &[over, "material.thickness=1,2", "--slurm-option=-n1", "--slurm"],
+            &["`--slurm` is gone", "--plan", "sweep member"],
+        ),
         (&[over, "material.thickness=1,2", "--seeds", "0"], &["--seeds"]),
     ];
     for (args, expected) in cases {

@@ -11,6 +11,7 @@ use super::{LawArgs, LawSource};
 use crate::cli::Findings;
 use crate::kinetics::Kinetics;
 use crate::kinetics::validation::{self, Finding, Verdict};
+use crate::num::plural;
 use crate::{Error, Result};
 
 /// Arguments of `plugin validate`.
@@ -71,9 +72,9 @@ pub(super) fn run(args: &ValidateArgs) -> Result<()> {
             Ok(())
         }
         n => {
-            let s = if n == 1 { "" } else { "s" };
+            let found = plural(n, "fault", "faults");
             let again = format!("--seed {seed} gives the same inputs again");
-            Err(Error::Refused(format!("{name} has {n} fault{s} ({again})")))
+            Err(Error::Refused(format!("{name} has {found} ({again})")))
         }
     }
 }

@@ -13,6 +13,8 @@
 //! centroid, an array one of cells, or the mean over the corners of one of points. A number stays a number: nothing
 //! is stored for it.
 
+mod values;
+
 use std::fmt;
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
@@ -27,6 +29,8 @@ use crate::kinetics::Location;
 use crate::kinetics::formula::{FieldFormula, FormulaError, Places};
 use crate::num::checked::{Checked, Finite};
 use crate::sheet::{Sheet, Surface};
+
+pub use values::FieldValues;
 
 /// A reader of meshes: the engine itself reads no files.
 pub type ReadSurface<'a> = dyn Fn(&Path) -> Result<Surface, String> + Sync + 'a;
@@ -64,88 +68,6 @@ pub struct RegionValue<N> {
     pub region: Region,
     /// The number there.
     pub value: N,
-}
-
-/// The values of a field on a sheet.
-#[derive(Debug, Clone, PartialEq)]
-pub enum FieldValues {
-    /// The same everywhere.
-    Same(f64),
-    /// One for each vertex, edge or triangle.
-    Each(Vec<f64>),
-}
-
-impl From<f64> for FieldValues {
-    fn from(value: f64) -> Self {
-        Self::Same(value)
-    }
-}
-
-impl FieldValues {
-    /// The value at number `i`.
-    #[must_use]
-    #[inline(always)]
-    pub fn at(&self, i: usize) -> f64 {
-        match self {
-            Self::Same(value) => *value,
-            Self::Each(all) => all[i],
-        }
-    }
-
-    /// Whether it is one number.
-    #[must_use]
-    pub fn is_uniform(&self) -> bool {
-        matches!(self, Self::Same(_))
-    }
-
-    /// The number at every place, by what is there.
-    #[must_use]
-    pub fn map(&self, f: impl Fn(f64) -> f64) -> Self {
-        match self {
-            Self::Same(value) => Self::Same(f(*value)),
-            Self::Each(all) => Self::Each(all.iter().map(|value| f(*value)).collect()),
-        }
-    }
-
-    /// The largest; minus infinity of none.
-    #[must_use]
-    pub fn largest(&self) -> f64 {
-        match self {
-            Self::Same(value) => *value,
-            Self::Each(all) => all.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-        }
-    }
-
-    /// The smallest; infinity of none.
-    #[must_use]
-    pub fn smallest(&self) -> f64 {
-        match self {
-            Self::Same(value) => *value,
-            Self::Each(all) => all.iter().copied().fold(f64::INFINITY, f64::min),
-        }
-    }
-
-    /// The mean.
-    #[must_use]
-    pub fn mean(&self) -> f64 {
-        match self {
-            Self::Same(value) => *value,
-            Self::Each(all) => all.iter().sum::<f64>() / crate::num::real(all.len().max(1)),
-        }
-    }
-}
-
-/// The number, or the smallest and the largest.
-impl fmt::LowerExp for FieldValues {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (least, most) = (self.smallest(), self.largest());
-        fmt::LowerExp::fmt(&least, f)?;
-        if most > least {
-            f.write_str(" to ")?;
-            fmt::LowerExp::fmt(&most, f)?;
-        }
-        Ok(())
-    }
 }
 
 impl<N: Checked> Field<N> {

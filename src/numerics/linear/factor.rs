@@ -147,4 +147,12 @@ impl Shifted {
         self.factor.factorise(ShiftedJacobian::new(jacobian, &diagonals), tally)?;
         self.factor.solve(x, tally)
     }
+
+    /// Solves in place with the matrix of the last [`Self::solve`].
+    ///
+    /// # Errors
+    /// As for that.
+    pub fn solve_again(&mut self, x: &mut [f64], tally: &Tally) -> Result<(), LinearError> {
+        self.factor.solve(x, tally)
+    }
 }

@@ -12,7 +12,6 @@ use crate::effects::Measure;
 use crate::kinetics::Descriptor;
 use crate::model::{Model, State};
 use crate::run::Result;
-use crate::run::ledger_row::point_areas;
 use crate::scene::{Scene, path_to};
 
 /// The law of one total. It remembers the total at the start and the largest sum of sizes.
@@ -42,7 +41,7 @@ impl Total {
             true => (vec![1.0; state.x.len()], "concentration"),
             false => {
                 let x = if still { &state.x[..] } else { sheet.rest() };
-                (point_areas(chemistry, sheet, x), "amount")
+                (chemistry.point_areas(sheet, x), "amount")
             }
         };
         Ok(Self { name: name.to_owned(), species, share, unit })

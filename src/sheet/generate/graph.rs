@@ -57,21 +57,7 @@ impl<'a> Graph<'a> {
         vertices: usize,
     ) -> Result<Self, SheetError> {
         let half = [0.5 * width, 0.5 * depth];
-        let along = |k: usize, half: f64| half * (2.0 * real(k) / real(INTERVALS) - 1.0);
-        let all = 0..=INTERVALS;
-        let row = |j: usize| {
-            all.clone().map(move |i| Vec3::new(along(i, half[0]), along(j, half[1]), 0.0))
-        };
-        let grid: Vec<Vec3> = all.clone().flat_map(row).collect();
-        let table = height(&grid);
-        if let Some((p, z)) = grid.iter().zip(&table).find(|(_, z)| !z.is_finite()) {
-            return Err(SheetError::Unusable(format!(
-                "z = {} at x = {}, y = {}; heights must be finite",
-                Short(*z),
-                Short(p.x),
-                Short(p.y)
-            )));
-        }
+        let table = heights(height, half)?;
         let [a, b] = half;
         let low = table.iter().copied().fold(f64::INFINITY, f64::min);
         let high = table.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -79,13 +65,7 @@ impl<'a> Graph<'a> {
         let frame = Frame::new(Vec::new(), 0.0, 1, bounds);
         let mut graph = Self { half, height, table, frame, most: 1.0 };
         let area = graph.measure()?;
-        let corners = [(-a, -b), (a, -b), (a, b), (-a, b)];
-        let sides: Vec<Curve> = (0..4)
-            .map(|k| {
-                let ((x0, y0), (x1, y1)) = (corners[k], corners[(k + 1) % 4]);
-                Curve::new(|s| graph.lift(x0 + s * (x1 - x0), y0 + s * (y1 - y0)))
-            })
-            .collect();
+        let sides = [0, 1, 2, 3].map(|k| Curve::new(|s| graph.on_side(k, s)));
         let perimeter = sides.iter().map(Curve::length).sum();
         let edge = edge_length(area, perimeter, 2.0, vertices);
         let narrow = sides.iter().map(Curve::length).fold(f64::INFINITY, f64::min);
@@ -93,32 +73,36 @@ impl<'a> Graph<'a> {
             return Err(too_narrow("the shortest side", narrow / edge, FEWEST_ACROSS, vertices));
         }
         graph.frame.edge = edge;
-        for (k, side) in sides.iter().enumerate() {
-            let ((x0, y0), (x1, y1)) = (corners[k], corners[(k + 1) % 4]);
-            let count = whole(side.length() / edge);
-            for i in 0..count {
-                let s = if i == 0 {
-                    0.0
-                } else {
-                    side.parameter_at(side.length() * real(i) / real(count))
-                };
-                graph.frame.fixed.push(graph.lift(x0 + s * (x1 - x0), y0 + s * (y1 - y0)));
-            }
-        }
+        graph.frame.fixed = graph.boundary(&sides);
         graph.frame.boundary = graph.frame.fixed.len();
-        let offset = CORNER_OFFSET * edge;
-        for k in 0..4 {
-            let before = &sides[(k + 3) % 4];
-            let steps = [
-                sides[k].parameter_at(offset),
-                1.0 - before.parameter_at(before.length() - offset),
-            ];
-            let steps = if k % 2 == 0 { steps } else { [steps[1], steps[0]] };
-            let (x, y) = corners[k];
-            let [dx, dy] = [-x.signum() * steps[0] * width, -y.signum() * steps[1] * depth];
-            graph.frame.fixed.push(graph.corner_vertex([x, y], [dx, dy], edge));
-        }
+        let inside = [0, 1, 2, 3].map(|k| graph.corner_vertex(k, &sides));
+        graph.frame.fixed.extend(inside);
         Ok(graph)
+    }
+
+    /// (x, y) of a corner, counterclockwise.
+    fn corner(&self, k: usize) -> [f64; 2] {
+        let [a, b] = self.half;
+        [[-a, -b], [a, -b], [a, b], [-a, b]][k % 4]
+    }
+
+    /// The point at the parameter `s`, 0 to 1, of the side that begins in corner `k`.
+    fn on_side(&self, k: usize, s: f64) -> Vec3 {
+        let ([x0, y0], [x1, y1]) = (self.corner(k), self.corner(k + 1));
+        self.lift(x0 + s * (x1 - x0), y0 + s * (y1 - y0))
+    }
+
+    /// The vertices of the boundary: evenly spaced along each of the `sides`.
+    fn boundary(&self, sides: &[Curve; 4]) -> Vec<Vec3> {
+        let along = |(k, side): (usize, &Curve)| {
+            let count = whole(side.length() / self.frame.edge);
+            let parameter = |i| match i {
+                0 => 0.0,
+                _ => side.parameter_at(side.length() * real(i) / real(count)),
+            };
+            (0..count).map(|i| self.on_side(k, parameter(i))).collect::<Vec<_>>()
+        };
+        sides.iter().enumerate().flat_map(along).collect()
     }
 
     /// The cell of the table that holds (x, y), with the place in it.
@@ -143,11 +127,18 @@ impl<'a> Graph<'a> {
         Vec3::new(x, y, (1.0 - t) * row(j) + t * row(j + 1))
     }
 
-    /// The vertex inside the corner (x, y), between its sides, along which lie (dx, 0) and (0, dy).
+    /// The vertex inside corner `k`, between its `sides`.
     ///
     /// With an angle θ between the sides it is at 2 [`CORNER_OFFSET`] cos(θ/2) edges, as in a flat rectangle, but not nearer or
     /// farther than suits the two triangles there.
-    fn corner_vertex(&self, [x, y]: [f64; 2], [dx, dy]: [f64; 2], edge: f64) -> Vec3 {
+    fn corner_vertex(&self, k: usize, sides: &[Curve; 4]) -> Vec3 {
+        let ([x, y], edge) = (self.corner(k), self.frame.edge);
+        let (after, before) = (&sides[k], &sides[(k + 3) % 4]);
+        let offset = CORNER_OFFSET * edge;
+        let steps =
+            [after.parameter_at(offset), 1.0 - before.parameter_at(before.length() - offset)];
+        let [along_x, along_y] = if k % 2 == 0 { steps } else { [steps[1], steps[0]] };
+        let (dx, dy) = (-2.0 * x * along_x, -2.0 * y * along_y);
         let corner = self.lift(x, y);
         let along = [self.lift(x + dx, y), self.lift(x, y + dy)].map(|p| (p - corner).normalize());
         let distance = CORNER_OFFSET * (along[0] + along[1]).norm();
@@ -193,6 +184,25 @@ impl<'a> Graph<'a> {
             }
         }
         Ok(4.0 * a * b * sum / real(INTERVALS * INTERVALS))
+    }
+}
+
+/// Heights over a grid on the rectangle between -`half` and `half`, row by row along x.
+fn heights(height: Height<'_>, half: [f64; 2]) -> Result<Vec<f64>, SheetError> {
+    let along = |k: usize, half: f64| half * (2.0 * real(k) / real(INTERVALS) - 1.0);
+    let all = 0..=INTERVALS;
+    let row =
+        |j: usize| all.clone().map(move |i| Vec3::new(along(i, half[0]), along(j, half[1]), 0.0));
+    let grid: Vec<Vec3> = all.clone().flat_map(row).collect();
+    let table = height(&grid);
+    match grid.iter().zip(&table).find(|(_, z)| !z.is_finite()) {
+        None => Ok(table),
+        Some((p, z)) => Err(SheetError::Unusable(format!(
+            "z = {} at x = {}, y = {}; heights must be finite",
+            Short(*z),
+            Short(p.x),
+            Short(p.y)
+        ))),
     }
 }
 

@@ -17,7 +17,7 @@ pub use self::measures::{Measures, measure};
 pub use self::statistics::Statistics;
 use super::plan::Plan;
 use crate::model::State;
-use crate::num::real;
+use crate::num::{plural, real};
 use crate::output::ledger::value;
 use crate::output::{Ledger, ResultDirectory, RunStatus, SelfIntersection, Standing};
 use crate::run::Result;
@@ -208,6 +208,11 @@ pub(crate) fn read(plan: &Plan, root: &Path, number: usize) -> MemberResults {
     found
 }
 
+/// Returns the number of members, as in `4 members`.
+pub(super) fn counted(members: usize) -> String {
+    plural(members, "member", "members")
+}
+
 /// Returns how many members have which status, as in `4 members: 3 complete, 1 failed`.
 #[must_use]
 pub fn counts(members: &[MemberResults]) -> String {
@@ -215,7 +220,7 @@ pub fn counts(members: &[MemberResults]) -> String {
     let all = MemberStatus::ALL.into_iter().map(|(status, name)| (count(status), name));
     let texts: Vec<String> =
         all.filter(|c| c.0 > 0).map(|(n, name)| format!("{n} {name}")).collect();
-    format!("{} members: {}", members.len(), texts.join(", "))
+    format!("{}: {}", counted(members.len()), texts.join(", "))
 }
 
 /// Time of the last output of the member in `directory`.

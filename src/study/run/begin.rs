@@ -11,7 +11,7 @@ use crate::run::{Error, Result, Simulation, provenance};
 use crate::scene::Scene;
 use crate::solve::SolveError;
 use crate::study::directory::{names, refuse, remove_run};
-use crate::study::gather::{MemberStatus, counts, gather, status};
+use crate::study::gather::{MemberStatus, counted, counts, gather, status};
 use crate::study::plan::Plan;
 use crate::study::{Purpose, accuracy, compare, sweep};
 
@@ -117,9 +117,13 @@ impl Runs<'_> {
 
     /// Says how the members are run by themselves.
     fn planned(&self, plan: &Plan, root: &Path) -> String {
-        let (last, root) = (plan.members.len().saturating_sub(1), root.display());
-        (self.say)(&format!("members 0 to {last}: rumple sweep member {root} NUMBER runs one"));
-        format!("planned: {} members", plan.members.len())
+        let (count, root) = (plan.members.len(), root.display());
+        let numbers = match count {
+            1 => "member 0".to_owned(),
+            _ => format!("members 0 to {}", count.saturating_sub(1)),
+        };
+        (self.say)(&format!("{numbers}: rumple sweep member {root} NUMBER runs one"));
+        format!("planned: {}", counted(count))
     }
 
     /// Runs the members as child processes; says how many came to their end.
@@ -134,8 +138,8 @@ impl Runs<'_> {
             // Of those that have not begun it says nothing more.
             let standing =
                 if count == all.len() { String::new() } else { format!("{}; ", counts(&all)) };
-            let (jobs, noun) = (jobs.min(count), if count == 1 { "member" } else { "members" });
-            (self.happens)(&format!("{standing}running {count} {noun}, at most {jobs} at a time"));
+            let (jobs, members) = (jobs.min(count), counted(count));
+            (self.happens)(&format!("{standing}running {members}, at most {jobs} at a time"));
         }
         let mut pool = Pool { plan, root, command: &self.member, jobs, happens: self.happens };
         pool.run(&members, interrupt)?;

@@ -4,8 +4,10 @@ use std::sync::Arc;
 
 use super::{Chemistry, Surface};
 use crate::Vec3;
+use crate::geometry::{Face, sum_at_corners};
 use crate::kinetics::Location;
 use crate::model::parameters::{at_vertices, edge_means};
+use crate::parallel;
 use crate::sheet::Sheet;
 
 impl Chemistry {
@@ -17,6 +19,18 @@ impl Chemistry {
             Location::Face => sheet.triangle_count(),
             Location::Edge => sheet.edges().len(),
         }
+    }
+
+    /// Areas that go with the species in the shape `x`, of the triangles or the vertices that they live on.
+    #[must_use]
+    pub fn point_areas(&self, sheet: &Sheet, x: &[Vec3]) -> Vec<f64> {
+        let area = |t: usize| Face::from_corners(&sheet.triangles()[t].map(|v| x[v as usize])).area;
+        let mut areas = vec![0.0; self.points(sheet)];
+        match self.location {
+            Location::Vertex => sum_at_corners(sheet, |t| area(t) / 3.0, &mut areas),
+            _ => parallel::fill(&mut areas, area),
+        }
+        areas
     }
 
     /// Evaluates how values on faces are carried to vertices on the shape `x`.

@@ -12,6 +12,7 @@
 //! | `bdf`, `tr-bdf2`, `esdirk34` | implicit, under error control | stiff kinetics |
 
 pub mod chebyshev;
+mod conserved;
 mod steady;
 
 pub(super) use steady::{Leap, SteadyChemistry};

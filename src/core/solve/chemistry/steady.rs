@@ -5,6 +5,7 @@
 //! (pseudo-transient continuation; Kelley & Keyes, SIAM J. Numer. Anal. 35 (1998) 508,
 //! doi:10.1137/S0036142996304796).
 
+use super::conserved::{ConservedTotals, areas_of};
 use crate::linear::{LinearChoice, LinearError, Shifted, Sparse};
 use crate::model::{Coupled, Model, State, Subsystem};
 use crate::solve::{Result, SolveError, Workspace, counters};
@@ -79,16 +80,20 @@ impl SteadyChemistry {
             return Ok(());
         }
         let mut steps = Steps::new(speed);
+        let areas = areas_of(model, state);
         let most = if leap == Leap::Refused { MAX_NEAR } else { MAX_STEPS };
         for step in 0..most {
             control.check()?;
             control.report(|| relaxing(step, most, speed));
             let jacobian = coupled.jacobian(state.time, &y)?;
-            let fastest = jacobian.largest();
+            steps.set_fastest(jacobian.largest());
+            let totals = ConservedTotals::new(&areas, jacobian, &y, &rate);
             let mut change = rate.clone();
             let newton = prepared(&mut self.newton, jacobian)?;
-            let diagonals = |_| (steps.inverse, 1.0);
-            let solved = newton.solve(jacobian, diagonals, &mut change, model.tally());
+            let inverse = steps.inverse;
+            let solved = newton.solve(jacobian, |_| (inverse, 1.0), &mut change, model.tally());
+            let again = |x: &mut [f64]| newton.solve_again(x, model.tally());
+            let solved = solved.and_then(|()| totals.restore(&mut change, &y, inverse, again));
             if !steps.after_linear_solve(solved)? {
                 continue;
             }
@@ -109,7 +114,7 @@ impl SteadyChemistry {
             if !speed.is_finite() {
                 break;
             }
-            if largest < STATIONARY_CHANGE && steps.are_long(fastest) {
+            if largest < STATIONARY_CHANGE && steps.are_long() {
                 return accept(state, (coupled, model), &y, (rtol, atol));
             }
             steps.adapt(error, largest < STATIONARY_CHANGE);
@@ -124,13 +129,21 @@ struct Steps {
     inverse: f64,
     /// The largest relative rate at the start.
     first: f64,
+    /// The largest entry of ∂F/∂c.
+    fastest: f64,
     /// Linear systems in a row that failed.
     failures: usize,
 }
 
 impl Steps {
     fn new(first: f64) -> Self {
-        Self { inverse: first, first, failures: 0 }
+        Self { inverse: first, first, fastest: 0.0, failures: 0 }
+    }
+
+    /// Beyond what is long by any measure the linear system has no digits left.
+    fn set_fastest(&mut self, fastest: f64) {
+        self.fastest = fastest;
+        self.inverse = self.inverse.max(0.5 * fastest / LONG_STEP);
     }
 
     fn shorten(&mut self, by: f64) {
@@ -149,8 +162,8 @@ impl Steps {
         if self.failures > MAX_FAILURES { Err(failure.into()) } else { Ok(false) }
     }
 
-    fn are_long(&self, fastest: f64) -> bool {
-        self.inverse < 1e-3 * self.first || LONG_STEP * self.inverse < fastest
+    fn are_long(&self) -> bool {
+        self.inverse < 1e-3 * self.first || LONG_STEP * self.inverse < self.fastest
     }
 
     /// After an accepted step with this `error`.
