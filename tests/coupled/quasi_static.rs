@@ -303,7 +303,7 @@ fn a_soft_strip_is_at_rest_under_a_growing_load() {
 fn soft_sheets_come_to_rest_however_small_their_forces_are() {
     let strip = |thickness: f64, effects: &str| {
         format!(
-            "sheet = {{ shape = 'rectangle', width = 20.0, height = 2.0, vertices = 200 }}\n\
+            "sheet = {{ shape = 'rectangle', width = 20.0, height = 2.0, vertices = 300 }}\n\
              material = {{ young = 1e3, poisson = 0.0, thickness = {thickness} }}\n\
              time = {{ until = 1.0 }}\n\
              effect = [{{ kind = 'stretching', model = 'stvk' }}, {effects}]\n"

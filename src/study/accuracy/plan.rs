@@ -284,7 +284,9 @@ impl Base<'_> {
                 break;
             }
             let read = IntegratorChoice::read(self.scene, self.set, text, "--reference");
-            let choice = match read.and_then(|choice| Ok((self.fault(&choice, !asked.is_empty())?, choice))) {
+            let choice = match read
+                .and_then(|choice| Ok((self.fault(&choice, !asked.is_empty())?, choice)))
+            {
                 Ok((None, choice)) => choice,
                 Ok((Some(why), choice)) => {
                     self.left_out.push(format!("reference by {}: {why}", choice.name));
