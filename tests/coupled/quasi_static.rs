@@ -303,13 +303,13 @@ fn a_soft_strip_is_at_rest_under_a_growing_load() {
 fn soft_sheets_come_to_rest_however_small_their_forces_are() {
     let strip = |thickness: f64, effects: &str| {
         format!(
-            "sheet = {{ shape = 'rectangle', width = 20.0, height = 2.0, vertices = 300 }}\n\
+            "sheet = {{ shape = 'rectangle', width = 20.0, height = 2.0, vertices = 400 }}\n\
              material = {{ young = 1e3, poisson = 0.0, thickness = {thickness} }}\n\
              time = {{ until = 1.0 }}\n\
              effect = [{{ kind = 'stretching', model = 'stvk' }}, {effects}]\n"
         )
     };
-    let curled = strip(0.01, "{ kind = 'bending', curvature = '0.05' }");
+    let curled = strip(0.02, "{ kind = 'bending', curvature = '0.05' }");
     let tip = "{ kind = 'bending' }, \
                { kind = 'pin', where = { box = { min = [-10.1, -2, -1], max = [-9.0, 2, 1] } }, axes = 'xyz' }, \
                { kind = 'pin', where = { box = { min = [9.9, -2, -1], max = [10.1, 2, 1] } }, axes = 'z', displacement = [0, 0, 0.2] }";

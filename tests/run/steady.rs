@@ -31,8 +31,8 @@ fn a_run_is_not_steady_before_its_loads_have_changed() {
     for policy in ["quasi-static", "simultaneous"] {
         let ramped = ends(&load("{ points = [[0, 0], [5, 0], [6, 1]] }"), policy);
         assert!((6.0..10.0).contains(&ramped), "{policy}: {ramped}");
-        let switched = ends(&load("{ formula = \"1/(1 + exp(-20*(t - 7)))\" }"), policy);
-        assert!((7.0..10.0).contains(&switched), "{policy}: {switched}");
+        let switched = ends(&load("{ formula = \"1/(1 + exp(-20*(t - 5)))\" }"), policy);
+        assert!((5.0..10.0).contains(&switched), "{policy}: {switched}");
         let grown = ends("[[effect]]\nkind = \"growth\"\nfactor = \"1 + 0.01*t\"", policy);
         assert_eq!(grown, 10.0, "{policy}");
         let still = ends(&load("{ points = [[0, 1], [1, 1]] }"), policy);

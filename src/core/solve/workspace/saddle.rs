@@ -112,7 +112,7 @@ impl Workspace {
         }
     }
 
-    /// The inertia at `state`, and the largest displacement of Newton's step there; 0 where the energy hardly falls along it.
+    /// The inertia at `state`, and the largest displacement of Newton's step there; 0 where the energy barely falls along it.
     fn distance_to_minimum(&mut self, state: &State) -> Result<(Inertia, f64)> {
         let tolerance = self.force_tolerance();
         let Self { model, control, memory, stability, .. } = self;
