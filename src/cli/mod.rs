@@ -103,7 +103,7 @@ enum Command {
 /// signal that ended a run, 1 anything else.
 #[must_use]
 pub fn main() -> ExitCode {
-    let cli = parsed();
+    let Some(cli) = parsed() else { return ExitCode::from(2) };
     let (code, text) = match user::load().and_then(|()| run_command(&cli.command)) {
         Ok(()) => (0, String::new()),
         // The command has reported it.
@@ -144,21 +144,21 @@ fn run_command(command: &Command) -> crate::Result<()> {
     }
 }
 
-/// The command line, or the end of the program with a message.
-fn parsed() -> Cli {
+/// The command line; none where it has what is retired, with a message.
+fn parsed() -> Option<Cli> {
     let given: Vec<String> =
         std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
     let choice = colour_choice(&given);
     let parsed = Cli::command().color(choice).try_get_matches_from(std::env::args_os());
     let error = match parsed.and_then(|matches| Cli::from_arg_matches(&matches)) {
-        Ok(cli) => return cli,
+        Ok(cli) => return Some(cli),
         Err(error) => error,
     };
     // Help and the version are no errors.
     let instead = retired::find(&given).filter(|_| error.use_stderr());
     let Some((word, instead)) = instead else { error.exit() };
     warn(&error_line(format!("`{word}` is gone: {instead}"), colours(choice)));
-    std::process::exit(2)
+    None
 }
 
 /// The value of `--color` in a command line that may have mistakes.

@@ -45,11 +45,11 @@ const SIZES: [&str; 13] = [
 /// A retired command or option among the words `given`, and what to write instead.
 pub(super) fn find(given: &[String]) -> Option<(&'static str, &'static str)> {
     let is_given = |word: &&str| given.iter().any(|arg| arg.split('=').next() == Some(word));
-    let mut named = RETIRED.iter().filter(|(words, _)| words.iter().all(|word| is_given(word)));
+    let mut named = RETIRED.iter().filter(|(words, _)| words.iter().all(&is_given));
     let named = named.find_map(|(words, instead)| Some((*words.last()?, *instead)));
     named.or_else(|| {
         let size =
-            SIZES.into_iter().find(|size| ["mesh", "generate", size].iter().all(is_given))?;
+            SIZES.into_iter().find(|size| ["mesh", "generate", size].iter().all(&is_given))?;
         Some((size, "write KEY=VALUE, as radius=5"))
     })
 }

@@ -117,8 +117,8 @@ impl PluginSearch {
     }
 
     /// Names and files of all plugins in the directories, sorted; where a name occurs twice, the
-    /// one that [`resolve`](Self::resolve) takes. Files are read, not loaded: one counts as a plugin if it
-    /// mentions the entry symbol.
+    /// one that [`resolve`](Self::resolve) takes. Files are read, not loaded: one counts as a plugin if it has
+    /// the entry symbol.
     #[must_use]
     pub fn list(&self) -> Vec<(String, PathBuf)> {
         let mut found: Vec<(String, PathBuf)> = Vec::new();
@@ -127,7 +127,7 @@ impl PluginSearch {
             for path in entries.flatten().map(|entry| entry.path()) {
                 if let Some(name) = plugin_name(&path)
                     && !found.iter().any(|(known, _)| *known == name)
-                    && mentions_entry(&path)
+                    && has_entry(&path)
                 {
                     found.push((name, path));
                 }
@@ -178,7 +178,9 @@ fn plugin_name(path: &Path) -> Option<String> {
     (!stem.is_empty()).then(|| stem.replace('_', "-"))
 }
 
-fn mentions_entry(path: &Path) -> bool {
-    let symbol = rumple_plugin_abi::ENTRY_SYMBOL.as_bytes();
+/// Whether a library has the entry symbol, in a table of names that end with a zero byte; texts of the engine do not.
+fn has_entry(path: &Path) -> bool {
+    let symbol = format!("{}\0", rumple_plugin_abi::ENTRY_SYMBOL);
+    let symbol = symbol.as_bytes();
     fs::read(path).is_ok_and(|bytes| bytes.windows(symbol.len()).any(|part| part == symbol))
 }

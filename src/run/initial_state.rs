@@ -2,6 +2,7 @@
 
 use std::cell::LazyCell;
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use super::Result;
 use crate::Vec3;
@@ -16,7 +17,7 @@ use crate::scene::{
     self, Direction, FieldFile, Imperfection, Initial, Pattern, Scene, Sequence, SheetSource,
     path_to,
 };
-use crate::sheet::{self, Lattice, Sheet, SheetError};
+use crate::sheet::{self, Lattice, Sheet, SheetError, Surface};
 
 /// The generator's shape; none for the graph of a formula.
 fn shape(shape: &scene::ShapeSpec) -> Option<sheet::SheetShape> {
@@ -77,10 +78,14 @@ pub(super) fn generated(scene: &Scene, spec: &scene::ShapeSpec) -> Result<Sheet>
     } else if let scene::ShapeSpec::Polygon(scene::Polygon { outline: Some(file), width, .. }) =
         spec
     {
+        let place = |e: SheetError, help| scene.error_at("sheet.outline", &e.to_string(), help);
         let rings = sheet::read::outline(file, width.map(Positive::get));
-        let (points, holes) =
-            rings.map_err(|e| scene.error_at("sheet.outline", &e.to_string(), None))?;
-        sheet::generate(&sheet::SheetShape::Polygon { points, holes }, vertices, seed)
+        let (points, holes) = rings.map_err(|e| place(e, None))?;
+        let scaled =
+            "places are those of the sheet, after the outline has been scaled to its width";
+        let help = width.map(|_| scaled);
+        return sheet::generate(&sheet::SheetShape::Polygon { points, holes }, vertices, seed)
+            .map_err(|e| place(e, help).into());
     } else {
         let shape = shape(spec).ok_or_else(|| {
             scene.error_at("sheet.shape", "no generator of this shape is registered", None)
@@ -266,6 +271,13 @@ pub(super) fn by_region(
     }
 }
 
+/// Reads a file that an effect, a field or a species names; a frame of `sheet`, if that is periodic, with all images.
+pub(super) fn read_surface(sheet: &Sheet, file: &Path) -> std::result::Result<Surface, String> {
+    let mut surface = sheet::read::surface(file).map_err(|e| e.to_string())?;
+    sheet.add_images(&mut surface)?;
+    Ok(surface)
+}
+
 /// The values of an array of a file, one a point.
 pub(super) fn from_file(
     scene: &Scene,
@@ -273,8 +285,8 @@ pub(super) fn from_file(
     file: &FieldFile,
     (sheet, location): (&Sheet, Location),
 ) -> Result<Vec<f64>> {
-    let surface = sheet::read::surface(&file.file)
-        .map_err(|e| scene.error_at(&format!("{path}.file"), &e.to_string(), None))?;
+    let surface = read_surface(sheet, &file.file)
+        .map_err(|message| scene.error_at(&format!("{path}.file"), &message, None))?;
     let (arrays, found) = match location {
         Location::Vertex => (&surface.point_arrays, surface.point_array(&file.array)),
         _ => (&surface.cell_arrays, surface.cell_array(&file.array)),
@@ -282,7 +294,14 @@ pub(super) fn from_file(
     match found {
         Some(a) => {
             let on_faces = location != Location::Vertex;
-            let here = (a.components == 1).then(|| sheet.part_of(&a.values, on_faces)).flatten();
+            let periodic = !sheet.reduction().periods().is_empty();
+            let here = match a.components {
+                1 if periodic && a.values.len() == points(sheet, location).len() => {
+                    Some(a.values.clone())
+                }
+                1 => sheet.part_of(&a.values, on_faces),
+                _ => None,
+            };
             if let Some(values) = here {
                 return Ok(values);
             }

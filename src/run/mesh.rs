@@ -1,13 +1,11 @@
 //! The mesh of a scene, and where on it species live and errors are.
 
-use std::path::Path;
-
 use super::{Error, Result};
 use crate::Vec3;
 use crate::kinetics::{Kinetics, Location};
 use crate::run::initial_state;
 use crate::scene::{Scene, SheetSource};
-use crate::sheet::{self, Sheet, Surface};
+use crate::sheet::{self, Sheet};
 
 /// Says where the point is that an error blames.
 pub(crate) fn located(mut error: Error, sheet: &Sheet, x: &[Vec3]) -> Error {
@@ -44,11 +42,6 @@ pub(crate) fn read_sheet(scene: &Scene, notes: &mut Vec<String>) -> Result<Sheet
         }
         SheetSource::Generated(shape) => initial_state::generated(scene, shape),
     }
-}
-
-/// A file of a mesh that an effect or a field names.
-pub(super) fn read_surface(file: &Path) -> std::result::Result<Surface, String> {
-    sheet::read::surface(file).map_err(|e| e.to_string())
 }
 
 pub(crate) fn location(scene: &Scene, kinetics: Option<&dyn Kinetics>) -> Location {

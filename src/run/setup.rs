@@ -23,7 +23,7 @@ use crate::model::{Model, ParameterFields, Potential, State};
 use crate::output::provenance::MeshRecord;
 use crate::problem::{Law, Problem, ProblemError, ProblemPart};
 use crate::reduction::Communicator;
-use crate::run::mesh::read_surface;
+use crate::run::initial_state::read_surface;
 use crate::run::{location, read_sheet};
 use crate::scene::{Scene, SheetSource};
 use crate::sheet::{self, Sheet, Subdomain};
@@ -34,7 +34,7 @@ use crate::tally::Tally;
 /// # Errors
 /// A field that cannot be read there, with its place.
 pub fn material(scene: &Scene, sheet: &Sheet) -> Result<Option<MaterialField>> {
-    material_read_by(scene, sheet, &read_surface)
+    material_read_by(scene, sheet, &|file| read_surface(sheet, file))
 }
 
 fn material_read_by(
@@ -134,7 +134,7 @@ fn set_up(
 ) -> Result<Simulation> {
     let began = Instant::now();
     let read = |file: &Path| {
-        let mut surface = read_surface(file)?;
+        let mut surface = read_surface(&sheet, file)?;
         if let Some((_, rank_part)) = &of {
             rank_part.part.restrict_surface(&mut surface);
         }
@@ -240,7 +240,8 @@ pub(super) fn model(
     let material = material(scene, sheet)?;
     let laws = laws::load(scene, search, &mut Vec::new())?;
     let problem = problem(scene, sheet, material.as_ref(), laws.as_ref(), None)?;
-    let problem = problem.with_surface_reader(&read_surface);
+    let read = |file: &Path| read_surface(sheet, file);
+    let problem = problem.with_surface_reader(&read);
     problem.with_tally(tally.clone()).model().map_err(|error| placed(scene, &error))
 }
 

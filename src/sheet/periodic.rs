@@ -84,7 +84,7 @@ impl Sheet {
     pub fn add_images(&self, surface: &mut Surface) -> Result<(), String> {
         let [vertices, triangles] = self.counts_of_whole();
         if self.reduction().periods().is_empty()
-            || surface.points.len() < vertices
+            || surface.points.len() <= vertices
             || surface.triangles.len() != triangles
         {
             return Ok(());

@@ -12,6 +12,7 @@ use rumple_numerics::linear::{BlockMatrix, LinearSolver, MixedPrecisionCholesky,
 use super::converges;
 use super::known_answers::Sample;
 use crate::common::{Noise, prepare, shipped};
+use crate::run::program::{folder, passes, rumple, text};
 
 const FILM: &str = "models/plates/film.toml";
 
@@ -45,6 +46,40 @@ fn every_element_counts_once_and_every_vertex_has_its_neighbours() {
             let fan = edges.len() - usize::from(sheet.boundary()[i]);
             assert_eq!(fan, around.len(), "vertex {i}");
         }
+    }
+}
+
+#[test]
+fn frames_give_initial_values_and_fields_of_the_same_sheet() {
+    let law = "[kinetics]\nrates.c = \"-c\"\n";
+    let scene = |sheet: &str, thickness: &str, initial: &str| {
+        format!(
+            "time = {{ until = 0.1, integrator = {{ kind = \"staggered\", method = \"heun\", step = 0.05 }} }}\n\
+             effect = [{{ kind = \"stretching\" }}, {{ kind = \"bending\" }}]\n\
+             material = {{ young = 1.0, poisson = 0.3333333333333333, thickness = {thickness} }}\n\
+             sheet = {{ shape = \"rectangle\", width = 12.0, height = 7.0, vertices = 300{sheet} }}\n\
+             {law}{initial}"
+        )
+    };
+    for periodic in [", periodic = \"x\"", ", periodic = \"xy\""] {
+        let formula = "initial.c = { formula = \"2 + x*y/100\" }\n";
+        let folder = folder(&scene(periodic, "0.5", formula));
+        passes(folder.path(), "run scene.toml --out out --quiet");
+        let frame = folder.path().join("out/frames/frame_000000.vtu");
+        let file = format!("{{ file = {frame:?}, array = \"c\" }}");
+        let from = format!("initial.c = {file}\n");
+        let c = |simulation: &Simulation| simulation.state().species[0].clone();
+        let made = prepare(&scene(periodic, "0.5", formula), &[]).1;
+        let read = prepare(&scene(periodic, &file, &from), &[]).1;
+        assert!(c(&made) == c(&read), "{periodic}");
+        // Of another mesh.
+        let other = scene(&format!("{periodic}, seed = 5"), "0.5", &from);
+        std::fs::write(folder.path().join("scene.toml"), other).unwrap();
+        let said = text(&rumple(folder.path(), &["check", "scene.toml"]).stderr);
+        assert!(
+            said.contains("it is a state of another mesh") || said.contains("are needed"),
+            "{said}"
+        );
     }
 }
 

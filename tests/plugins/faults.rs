@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use rumple::kinetics::{
     Batch, Column, Feedback, Kinetics, KineticsError, Library, Location, Outcome, PluginKinetics,
-    Quantity, field,
+    PluginSearch, Quantity, field,
 };
 
 use super::build::{c_library, map, misbehaving};
@@ -27,6 +27,11 @@ fn what_is_no_plugin_is_refused() {
     let empty = place.path().join("libempty.so");
     fs::write(&empty, "").unwrap();
     assert!(refusal(&empty).contains("cannot be loaded as a shared library"));
+    // The name of the entry in a message, and in a table of symbols.
+    fs::write(&text, "without rumple_plugin_entry, as the engine").unwrap();
+    fs::write(&empty, "\0rumple_plugin_entry\0").unwrap();
+    let listed = PluginSearch::in_directories(vec![place.path().to_owned()]).list();
+    assert_eq!(listed, [("empty".to_owned(), empty)]);
 
     let plain = place.path().join("plain.c");
     fs::write(&plain, "int answer(void) { return 42; }").unwrap();

@@ -171,7 +171,19 @@ fn outlines_are_read_from_drawings_and_lists() {
     assert!(holes[0].iter().zip(&expected).all(near), "{holes:?}");
     for (name, text, message) in [
         ("c.csv", "0,0\n1\n", "line 2: expected two numbers, found `1`"),
-        ("d.csv", "0,0\n1,1\n", "no closed ring"),
+        ("d.csv", "# none\n\n", "no closed ring"),
+        ("i.csv", "x,y\n\n0,0\n1,1\n", "the ring of line 3 has 2 points; at least 3 are needed"),
+        (
+            "j.csv",
+            "0,0\n4,0\n4,4\n\n1,2\n9,9\n9,8\n",
+            "the ring of line 5 lies outside the outline, at (1, 2); an empty line ends a ring",
+        ),
+        ("k.svg", "<svg>\n<polyline points=\"0,0 1,0 1,1\"/></svg>", "line 2: <polyline>"),
+        (
+            "l.svg",
+            "<svg>\n<path d=\"M 0 0 L 40 40 L 40 0 L 0 40 Z\"/></svg>",
+            "the side of the ring of line 2 from (0, 0) to (40, 40) meets side 2",
+        ),
         ("e.csv", "0,0\n1,nan\n2,2\n", "line 2"),
         (
             "f.svg",
@@ -181,7 +193,25 @@ fn outlines_are_read_from_drawings_and_lists() {
         ("g.svg", "<svg>\n\n<path d=\"M 0 0 L 1 x\"/></svg>", "line 3: path"),
         ("h.svg", "<svg><circle r=\"3\"/></svg>", "<circle>"),
     ] {
-        let error = read(name, text, None).unwrap_err().to_string();
+        let error = read(name, text, Some(2.0)).unwrap_err().to_string();
         assert!(error.contains(message) && error.contains(name), "{error}");
+    }
+}
+
+#[test]
+fn a_scene_with_a_wrong_outline_is_refused_at_its_key() {
+    let scene = "[sheet]\nshape = \"polygon\"\noutline = \"o.csv\"\nwidth = 2.0\nvertices = 300\n\
+        [material]\nyoung = 1.0\npoisson = 0.3\nthickness = 0.1\n[[effect]]\nkind = \"stretching\"\nmodel = \"stvk\"\n\
+        [time]\nuntil = 1.0\nintegrator = { kind = \"staggered\", step = 0.1 }\n";
+    let folder = crate::run::program::folder(scene);
+    for (ring, message, help) in [
+        ("0,0\n4,4\n4,0\n0,4\n", "from (0, 0) to (4, 4) meets side 2", false),
+        ("0,0\n9,0\n9,9\n20,9.5\n9,10\n0,10\n", "is sharper than 15 degrees", true),
+    ] {
+        std::fs::write(folder.path().join("o.csv"), ring).unwrap();
+        let out = crate::run::program::rumple(folder.path(), &["check", "scene.toml"]);
+        let said = crate::run::program::text(&out.stderr);
+        assert!(said.contains(message) && said.contains("scene.toml:3"), "{said}");
+        assert_eq!(said.contains("places are those of the sheet"), help, "{said}");
     }
 }

@@ -137,7 +137,7 @@ impl<'a> Graph<'a> {
         let offset = CORNER_OFFSET * edge;
         let steps =
             [after.parameter_at(offset), 1.0 - before.parameter_at(before.length() - offset)];
-        let [along_x, along_y] = if k % 2 == 0 { steps } else { [steps[1], steps[0]] };
+        let [along_x, along_y] = if k.is_multiple_of(2) { steps } else { [steps[1], steps[0]] };
         let (dx, dy) = (-2.0 * x * along_x, -2.0 * y * along_y);
         let corner = self.lift(x, y);
         let along = [self.lift(x + dx, y), self.lift(x, y + dy)].map(|p| (p - corner).normalize());

@@ -18,7 +18,7 @@ mod irregular;
 pub(super) mod lattice;
 mod noise;
 mod order;
-mod outline;
+pub(crate) mod outline;
 mod planar;
 mod polygon;
 mod relax;

@@ -13,17 +13,16 @@ pub(super) fn area(ring: &[Vec3]) -> f64 {
     0.5 * (0..ring.len()).map(twice).sum::<f64>()
 }
 
-/// The outline, counter-clockwise, and the holes, clockwise; a last point equal to the first is left out.
+/// The outline, counter-clockwise, and the holes after it, clockwise; a last point equal to the first is left out. Errors call
+/// a ring by its `name`.
 ///
 /// # Errors
 /// Rings of fewer than three points or with a point twice in a row, crossings, and holes outside the outline or in one
 /// another, with the points.
-pub(super) fn rings(
-    points: &[[f64; 2]],
-    holes: &[Vec<[f64; 2]>],
+pub(crate) fn rings<'a>(
+    given: impl Iterator<Item = &'a [[f64; 2]]>,
+    name: &dyn Fn(usize) -> String,
 ) -> Result<Vec<Vec<Vec3>>, SheetError> {
-    let name = |k: usize| if k == 0 { "points".to_owned() } else { format!("holes[{}]", k - 1) };
-    let given = std::iter::once(points).chain(holes.iter().map(Vec::as_slice));
     let mut rings = Vec::new();
     for (k, given) in given.enumerate() {
         let mut ring: Vec<Vec3> = given.iter().map(|[x, y]| Vec3::new(*x, *y, 0.0)).collect();
@@ -43,7 +42,7 @@ pub(super) fn rings(
         }
         rings.push(ring);
     }
-    check_crossings(&rings, &name)?;
+    check_crossings(&rings, name)?;
     for (k, ring) in rings.iter().enumerate().skip(1) {
         let outside = !encloses(&rings[0], ring[0]);
         let other = (1..rings.len()).find(|&j| j != k && encloses(&rings[j], ring[0]));

@@ -54,7 +54,12 @@ impl Polygon {
         holes: &[Vec<[f64; 2]>],
         vertices: usize,
     ) -> Result<Self, SheetError> {
-        let rings = super::outline::rings(points, holes)?;
+        let name = |k: usize| match k.checked_sub(1) {
+            None => "points".to_owned(),
+            Some(hole) => format!("holes[{hole}]"),
+        };
+        let given = std::iter::once(points).chain(holes.iter().map(Vec::as_slice));
+        let rings = super::outline::rings(given, &name)?;
         let perimeter =
             rings.iter().flat_map(|ring| sides(ring)).map(|(a, b)| (b - a).norm()).sum();
         let area: f64 = rings.iter().map(|ring| super::outline::area(ring)).sum();
