@@ -121,7 +121,7 @@ fn compare_overwrites_nothing_foreign() {
     done(folder, &compare);
     fs::write(folder.join("b/notes.txt"), "mine").unwrap();
     let status = || fs::read_to_string(folder.join("b/status.json")).unwrap();
-    assert!(status().contains("\"complete\"") && status().contains("1 members: 1 complete"));
+    assert!(status().contains("\"complete\"") && status().contains("1 member: 1 complete"));
     done(folder, &compare);
     let other = ["--set", "output.every=0.01", "--force"];
     done(folder, &[&compare[..], &other].concat());

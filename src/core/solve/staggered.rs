@@ -289,8 +289,7 @@ impl Staggered {
         state: &mut State,
         until: f64,
     ) -> Result<StepReport> {
-        let longest = self.spec.longest_step.map_or(f64::INFINITY, Positive::get);
-        let longest = longest.min(self.growth.longest_step());
+        let longest = self.longest_step();
         let mut tried = match self.step {
             Some(step) => step,
             None => self.first_step(workspace, state, until)?,
@@ -310,10 +309,8 @@ impl Staggered {
                 attempt => attempt,
             };
             match attempt {
-                Ok((mut next, error)) if error <= 1.0 => {
-                    let work = (step, report.relaxation.iterations);
-                    self.watch_growth(workspace, &mut next, work)?;
-                    *state = next;
+                Ok((next, error)) if error <= 1.0 => {
+                    *state = self.watched(workspace, next, (step, &report.relaxation))?;
                     (report.length, report.error) = (step, error);
                     self.propose(step, proposed, error, first);
                     return Ok(report);

@@ -6,6 +6,8 @@
 
 use super::spec::{Growth, Staggered};
 use crate::model::State;
+use crate::num::checked::Positive;
+use crate::solve::equilibrium::Relaxation;
 use crate::solve::{Result, Workspace};
 
 /// Iterations of the motion between two checks: a check costs as much as ten to forty.
@@ -15,31 +17,29 @@ const LEAST_ITERATIONS: usize = 30;
 /// The displacement in units of the tolerance of a step.
 const DISPLACEMENT: f64 = 0.1;
 
-impl Growth {
-    /// The longest step that follows it.
-    pub(super) fn longest_step(&self) -> f64 {
-        self.rate.map_or(f64::INFINITY, |rate| 1.0 / rate)
-    }
-}
-
 impl Staggered {
-    /// Checks the shape of `state`, after so many iterations in a step of this length, for perturbations that it damps.
-    pub(super) fn watch_growth(
+    /// The longest step: that of the scene, and what follows the perturbation that grows fastest.
+    pub(super) fn longest_step(&self) -> f64 {
+        let longest = self.spec.longest_step.map_or(f64::INFINITY, Positive::get);
+        longest.min(self.growth.rate.map_or(f64::INFINITY, |rate| 1.0 / rate))
+    }
+
+    /// `state` after a step of this length with this work, with its shape checked for perturbations that such steps damp.
+    pub(super) fn watched(
         &mut self,
         workspace: &mut Workspace,
-        state: &mut State,
-        (step, iterations): (f64, usize),
-    ) -> Result<()> {
+        mut state: State,
+        (step, done): (f64, &Relaxation),
+    ) -> Result<State> {
         if self.policy.mechanics == 0.0 || !workspace.model.moves() {
-            return Ok(());
+            return Ok(state);
         }
-        self.growth.unchecked += iterations.max(LEAST_ITERATIONS);
-        if self.growth.unchecked < CHECK_INTERVAL {
-            return Ok(());
+        self.growth.unchecked += done.iterations.max(LEAST_ITERATIONS);
+        if self.growth.unchecked >= CHECK_INTERVAL {
+            let by = DISPLACEMENT * workspace.model.shape_unit(&state, self.tolerance());
+            let rate = workspace.leave_damped_saddle(&mut state, step, by)?;
+            self.growth = Growth { unchecked: 0, rate };
         }
-        let by = DISPLACEMENT * workspace.model.shape_unit(state, self.tolerance());
-        let rate = workspace.leave_damped_saddle(state, step, by)?;
-        self.growth = Growth { unchecked: 0, rate };
-        Ok(())
+        Ok(state)
     }
 }
