@@ -67,7 +67,6 @@ use super::{
 };
 use crate::Vec3;
 use crate::model::{LinearInTime, SignalColumns, State};
-use crate::num::checked::Positive;
 use crate::record::{Malformed, Record};
 
 /// Stages of a step are solved as for an error of at least this share of the tolerance.
