@@ -27,7 +27,7 @@ impl std::fmt::Display for Ending {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Self::Reached => "the end time is reached",
-            Self::Steady => "steady: no species changes any more",
+            Self::Steady => "steady: nothing changes any more",
             Self::Steps => "the number of steps is reached",
             Self::Observed(reason) => reason,
             Self::Interrupted => "interrupted; the last accepted state is written",
