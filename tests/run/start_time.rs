@@ -72,7 +72,7 @@ fn a_state_continues_at_its_time() {
     assert!(said.contains("--start-time 1 continues them"), "{said}");
 }
 
-/// A shape that moves goes on where it was: it is not brought to rest first.
+/// A shape under drag continues from the positions given: no relaxation precedes it.
 #[test]
 fn a_moving_shape_continues_from_where_it_was() {
     let folder = folder(

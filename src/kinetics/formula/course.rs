@@ -100,7 +100,7 @@ impl FormulaCourse {
         bounds.iter().zip(&sampled).map(chosen).collect()
     }
 
-    /// Whether a value that is no part of another changes after `time` by more than a negligible share of its range.
+    /// Whether a value that is not part of another changes after `time` by more than a negligible share of its range.
     pub(crate) fn changes_after(&self, time: f64) -> bool {
         let mut inner = vec![false; self.graph.ops.len()];
         for (k, (_, operands)) in self.graph.ops.iter().enumerate().rev() {
