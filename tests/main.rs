@@ -8,6 +8,7 @@
 //! * `examples`: the numbered examples, and the crate with an effect of its own.
 //! * `formula`: laws written as text, their derivatives and errors, the shipped models as text.
 //! * `fuzz`: hostile inputs for all that reads, its limits; formulas against trees.
+//! * `gradient`: derivatives of equilibria and steady states by parameters against differences.
 //! * `house`: who may know whom.
 //! * `mechanics`: energies, gradients and Hessians against differences, invariants, known answers.
 //! * `output`: frames, series, ledger, provenance, result directories, progress.
@@ -32,6 +33,7 @@ mod effects;
 mod examples;
 mod formula;
 mod fuzz;
+mod gradient;
 mod house;
 mod mechanics;
 mod output;

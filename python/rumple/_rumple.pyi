@@ -220,6 +220,45 @@ class Species(Mapping[str, NDArray[float64]]):
     def __len__(self) -> int: ...
 
 @final
+class Objective:
+    """A measure of an equilibrium as a function of parameters of its scene, with its gradient: what optimisers take.
+
+    `scipy.optimize.minimize(objective, objective.start, jac=True)` minimises it. Parameters are one array: numbers first, then fields, vertex by vertex.
+    Every evaluation begins at the last equilibrium. Raises `Error`.
+    """
+
+    def __new__(
+        cls,
+        scene: Union[Scene, _Path],
+        measure: Union[str, Sequence[str]],
+        parameters: Sequence[str] = (),
+        fields: Sequence[str] = (),
+        *,
+        at_start: bool = False,
+        law: Optional[Law] = None,
+        plugins: Union[_Path, Sequence[_Path], None] = None,
+    ) -> Objective:
+        """`measure` is one of `rumple gradient` or several, whose sum is taken; `parameters` are keys of numbers, `fields` keys of fields.
+
+        With `at_start` it is the equilibrium that the scene begins with, at the species there, rather than that at its end."""
+    @property
+    def names(self) -> list[str]:
+        """Keys of the parameters, in their order."""
+    @property
+    def start(self) -> NDArray[numpy.float64]:
+        """The parameters of the scene."""
+    def value(self, x: Sequence[float]) -> float:
+        """J."""
+    def gradient(self, x: Sequence[float]) -> NDArray[numpy.float64]:
+        """dJ/dx."""
+    def __call__(self, x: Sequence[float]) -> tuple[float, NDArray[numpy.float64]]:
+        """J and dJ/dx."""
+    def split(self, x: Sequence[float]) -> dict[str, Any]:
+        """The parameters by their keys: numbers, and arrays of fields."""
+    def positions(self, x: Sequence[float]) -> NDArray[numpy.float64]:
+        """The shape at rest, n × 3."""
+
+@final
 class Simulation:
     """A scene that is set up, to be stepped and asked. Iterating makes steps to the end of the scene."""
 

@@ -7,6 +7,7 @@
 mod convert;
 mod course;
 mod engine;
+mod gradient;
 mod law;
 mod log;
 mod overrides;
@@ -31,6 +32,7 @@ fn _rumple(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<law::Batch>()?;
     module.add_class::<scene::Scene>()?;
     module.add_class::<course::Simulation>()?;
+    module.add_class::<gradient::Objective>()?;
     module.add_class::<species::Species>()?;
     module.add_class::<run::State>()?;
     module.add_class::<step::Step>()?;

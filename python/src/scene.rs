@@ -7,6 +7,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rumple::kinetics::HostLaw;
+use rumple::scene::SceneSource;
 
 use crate::engine::{Error, Slot};
 use crate::law::Law;
@@ -24,6 +25,15 @@ pub(crate) struct Scene {
 }
 
 impl Scene {
+    /// Where it is read from, and its overrides.
+    pub(crate) fn source(&self) -> (SceneSource, Vec<String>) {
+        let source = match &self.text {
+            None => SceneSource::File(self.checked.file().to_owned()),
+            Some(text) => SceneSource::Text { text: text.clone(), name: self.checked.name().to_owned() },
+        };
+        (source, self.set.clone())
+    }
+
     /// The file that it was read from, which a study reads again.
     pub(crate) fn file(&self) -> rumple::Result<&Path> {
         let file = self.checked.file();

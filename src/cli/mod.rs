@@ -16,6 +16,7 @@ mod completions;
 mod explain;
 mod findings;
 mod follow;
+mod gradient;
 mod inspect;
 pub mod mesh;
 mod messages;
@@ -85,6 +86,8 @@ enum Command {
     Sweep(Box<sweep::SweepArgs>),
     /// Follow a branch of equilibria along a key of a scene, through folds: table, frames, diagram.
     Follow(Box<follow::FollowArgs>),
+    /// Differentiate an equilibrium by parameters of its scene: numbers, and fields as maps.
+    Gradient(Box<gradient::GradientArgs>),
     /// Say what accuracy costs: a scene by several integrators and tolerances, against references.
     Accuracy(Box<accuracy::AccuracyArgs>),
     /// Generate, check and describe meshes.
@@ -135,6 +138,7 @@ fn run_command(command: &Command) -> crate::Result<()> {
         Command::Inspect(args) => inspect::run(args),
         Command::Sweep(args) => sweep::run(args),
         Command::Follow(args) => follow::run(args),
+        Command::Gradient(args) => gradient::run(args),
         Command::Accuracy(args) => accuracy::run(args, &Cli::command()),
         Command::Mesh(args) => mesh::run(args),
         Command::Plugin(args) => plugin::run(args),
@@ -195,7 +199,11 @@ fn exit_code(error: &Error) -> u8 {
         | Error::Kinetics(_)
         | Error::Output(_)
         | Error::Refused(_)
-        | Error::Solve(SolveError::Start { .. } | SolveError::NotFollowed { .. }) => 2,
+        | Error::Solve(
+            SolveError::Start { .. }
+            | SolveError::NotFollowed { .. }
+            | SolveError::NotDifferentiable { .. },
+        ) => 2,
         Error::Solve(_)
         | Error::Broken(_)
         | Error::Stopped(_)

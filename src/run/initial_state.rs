@@ -271,9 +271,17 @@ pub(super) fn by_region(
     }
 }
 
-/// Reads a file that an effect, a field or a species names; a frame of `sheet`, if that is periodic, with all images.
-pub(super) fn read_surface(sheet: &Sheet, file: &Path) -> std::result::Result<Surface, String> {
-    let mut surface = sheet::read::surface(file).map_err(|e| e.to_string())?;
+/// Reads a file that an effect, a field or a species names, if `scene` does not give it; a frame of `sheet`, if that is periodic,
+/// with all images.
+pub(crate) fn read_surface(
+    scene: &Scene,
+    sheet: &Sheet,
+    file: &Path,
+) -> std::result::Result<Surface, String> {
+    let mut surface = match scene.given_surface(file) {
+        Some(surface) => surface.clone(),
+        None => sheet::read::surface(file).map_err(|e| e.to_string())?,
+    };
     sheet.add_images(&mut surface)?;
     Ok(surface)
 }
@@ -285,7 +293,7 @@ pub(super) fn from_file(
     file: &FieldFile,
     (sheet, location): (&Sheet, Location),
 ) -> Result<Vec<f64>> {
-    let surface = read_surface(sheet, &file.file)
+    let surface = read_surface(scene, sheet, &file.file)
         .map_err(|message| scene.error_at(&format!("{path}.file"), &message, None))?;
     let (arrays, found) = match location {
         Location::Vertex => (&surface.point_arrays, surface.point_array(&file.array)),

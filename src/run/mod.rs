@@ -52,8 +52,10 @@ pub use invariants::BrokenInvariant;
 pub use ledger_row::StepInfo;
 pub use observe::{Observer, StopRules};
 pub use setup::material;
+pub(crate) use setup::model_with_start;
 pub use simulation::Simulation;
 pub use summary::{Ending, Summary};
 
+pub(crate) use initial_state::read_surface;
 pub(crate) use mesh::{located, location, read_sheet};
 pub(crate) use stability_monitor::stays_at_saddle;

@@ -34,7 +34,7 @@ use crate::tally::Tally;
 /// # Errors
 /// A field that cannot be read there, with its place.
 pub fn material(scene: &Scene, sheet: &Sheet) -> Result<Option<MaterialField>> {
-    material_read_by(scene, sheet, &|file| read_surface(sheet, file))
+    material_read_by(scene, sheet, &|file| read_surface(scene, sheet, file))
 }
 
 fn material_read_by(
@@ -96,6 +96,14 @@ impl Simulation {
         set_up(scene, search, (sheet, None), notes)
     }
 
+    /// The same on the sheet of an earlier simulation of the scene, or of one that differs in no key of `[sheet]`.
+    ///
+    /// # Errors
+    /// As for [`Simulation::new`].
+    pub fn on_sheet(scene: &Scene, search: &PluginSearch, sheet: &Arc<Sheet>) -> Result<Self> {
+        set_up(scene, search, (Arc::clone(sheet), None), Vec::new())
+    }
+
     /// The same over several ranks: each keeps its part of the sheet, and all take the same steps.
     ///
     /// # Errors
@@ -134,7 +142,7 @@ fn set_up(
 ) -> Result<Simulation> {
     let began = Instant::now();
     let read = |file: &Path| {
-        let mut surface = read_surface(&sheet, file)?;
+        let mut surface = read_surface(scene, &sheet, file)?;
         if let Some((_, rank_part)) = &of {
             rank_part.part.restrict_surface(&mut surface);
         }
@@ -240,9 +248,23 @@ pub(super) fn model(
     let material = material(scene, sheet)?;
     let laws = laws::load(scene, search, &mut Vec::new())?;
     let problem = problem(scene, sheet, material.as_ref(), laws.as_ref(), None)?;
-    let read = |file: &Path| read_surface(sheet, file);
+    let read = |file: &Path| read_surface(scene, sheet, file);
     let problem = problem.with_surface_reader(&read);
     problem.with_tally(tally.clone()).model().map_err(|error| placed(scene, &error))
+}
+
+/// The same with the start of `scene`.
+///
+/// # Errors
+/// As for [`model`], and a start that no sheet can have.
+pub(crate) fn model_with_start(
+    scene: &Scene,
+    sheet: &Arc<Sheet>,
+    with: (&PluginSearch, &Tally),
+) -> Result<(Model, State)> {
+    let (model, _) = model(scene, sheet, with)?;
+    let start = initial_state(scene, sheet, None, &model)?;
+    Ok((model, start))
 }
 
 /// The problem that `scene` states.

@@ -24,12 +24,15 @@ mod stability;
 mod time;
 mod toml_tree;
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde::Serialize;
 
 use crate::effects::EffectSpec;
+use crate::sheet::Surface;
 use crate::solve::EquilibriumSpec;
 use crate::solve::equilibrium::Method;
 
@@ -54,7 +57,7 @@ pub use crate::scene::kinetics::SpeciesSpec;
 
 use self::error::Origin;
 use self::sections::Sections;
-pub use self::source::OVER;
+pub use self::source::{OVER, SceneSource};
 use crate::document::{Segment, Value, read};
 
 /// Tables of a scene.
@@ -98,6 +101,9 @@ pub struct Scene {
     /// Full path of its file; empty for one that was parsed.
     #[serde(skip)]
     file: PathBuf,
+    /// Surfaces that are given in memory, in place of the files of these paths.
+    #[serde(skip)]
+    surfaces: BTreeMap<PathBuf, Arc<Surface>>,
 }
 
 impl Scene {
@@ -152,6 +158,16 @@ impl Scene {
     ) -> Result<Vec<String>, SceneError> {
         let (_, (_, keys)) = source::changed(path, set, (over, option))?;
         Ok(keys)
+    }
+
+    /// Gives `surface` in place of the file of this full path: an array of it is a field or a start without a file.
+    pub fn give_surface(&mut self, path: PathBuf, surface: Surface) {
+        self.surfaces.insert(path, Arc::new(surface));
+    }
+
+    /// The surface that is given in memory in place of the file `path`.
+    pub(crate) fn given_surface(&self, path: &Path) -> Option<&Surface> {
+        self.surfaces.get(path).map(|surface| &**surface)
     }
 
     /// The scene as TOML with every default written out; reads back as the same scene.
@@ -366,5 +382,6 @@ fn check(mut root: Node, origin: Origin) -> Result<Scene, SceneError> {
         checkpoint,
         origin,
         file: PathBuf::new(),
+        surfaces: BTreeMap::new(),
     })
 }

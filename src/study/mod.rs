@@ -6,6 +6,7 @@
 //! run       run, Pool                      one member; members as child processes
 //! gather    MemberResults, Norm, Measures  how members stand, their results, their distances from one another
 //! draw                                     tables, plots against time, cost or a key
+//! gradient                                  derivatives of measures at equilibrium by parameters
 //! sweep     a row of measures a member     compare   distances from the first     accuracy   errors against references
 //! ```
 
@@ -14,6 +15,7 @@ pub mod compare;
 pub(crate) mod directory;
 pub(crate) mod draw;
 pub mod gather;
+pub mod gradient;
 pub mod plan;
 mod purpose;
 pub mod refinement;

@@ -346,6 +346,12 @@ pub enum SolveError {
         /// Why.
         why: String,
     },
+    /// No derivative of an equilibrium or a steady state by parameters.
+    #[error("no gradient: {why}")]
+    NotDifferentiable {
+        /// Why.
+        why: String,
+    },
     /// The user asked to stop.
     #[error("interrupted")]
     Interrupted,

@@ -21,6 +21,7 @@ mod positivity;
 mod progress;
 pub mod rejections;
 mod route;
+pub mod sensitivity;
 pub mod stability;
 pub mod staggered;
 mod workspace;

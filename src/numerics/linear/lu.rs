@@ -35,7 +35,8 @@ impl SparseLu {
             factorize_symbolic_lu(pattern.as_ref(), Default::default()).map_err(|e| refuse(&e))?;
         let need = symbolic
             .factorize_numeric_lu_scratch::<f64>(Par::Seq, Default::default())
-            .or(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
+            .or(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq))
+            .or(symbolic.solve_transpose_in_place_scratch::<f64>(1, Par::Seq));
         let memory = MemBuffer::try_new(need).map_err(|e| refuse(&e))?;
         let matrix = SparseColMat::new(pattern, vec![0.0; place.len()]);
         Ok(Self { matrix, place, symbolic, numeric: NumericLu::new(), memory, ready: false })
@@ -72,6 +73,18 @@ impl SparseLu {
     /// # Errors
     /// [`LinearError`] if the solution is not finite: the matrix is singular.
     pub fn solve(&mut self, x: &mut [f64]) -> Result<(), LinearError> {
+        self.substitute(x, false)
+    }
+
+    /// Solves with the transposed matrix in place.
+    ///
+    /// # Errors
+    /// As for [`Self::solve`].
+    pub fn solve_transposed(&mut self, x: &mut [f64]) -> Result<(), LinearError> {
+        self.substitute(x, true)
+    }
+
+    fn substitute(&mut self, x: &mut [f64], transposed: bool) -> Result<(), LinearError> {
         if !self.ready {
             return Err(LinearError::new("the matrix is not factorised"));
         }
@@ -80,7 +93,11 @@ impl SparseLu {
         let factor = LuRef::new_unchecked(symbolic, numeric);
         let n = x.len();
         let right = MatMut::from_column_major_slice_mut(x, n, 1);
-        factor.solve_in_place_with_conj(Conj::No, right, Par::Seq, MemStack::new(memory));
+        let stack = MemStack::new(memory);
+        match transposed {
+            true => factor.solve_transpose_in_place_with_conj(Conj::No, right, Par::Seq, stack),
+            false => factor.solve_in_place_with_conj(Conj::No, right, Par::Seq, stack),
+        }
         if x.iter().all(|v| v.is_finite()) {
             Ok(())
         } else {

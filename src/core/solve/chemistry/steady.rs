@@ -9,6 +9,7 @@ use super::conserved::{ConservedTotals, areas_of};
 use crate::linear::{LinearChoice, LinearError, Shifted, Sparse};
 use crate::model::{Coupled, Model, State, Subsystem};
 use crate::solve::{Result, SolveError, Workspace, counters};
+use crate::tally::Tally;
 
 /// Change in a step, in units of `rtol |c| + atol`, that counts as none.
 const STATIONARY_CHANGE: f64 = 1e-2;
@@ -85,18 +86,11 @@ impl SteadyChemistry {
         for step in 0..most {
             control.check()?;
             control.report(|| relaxing(step, most, speed));
-            let jacobian = coupled.jacobian(state.time, &y)?;
-            steps.set_fastest(jacobian.largest());
-            let totals = ConservedTotals::new(&areas, jacobian, &y, &rate);
-            let mut change = rate.clone();
-            let newton = prepared(&mut self.newton, jacobian)?;
-            let inverse = steps.inverse;
-            let solved = newton.solve(jacobian, |_| (inverse, 1.0), &mut change, model.tally());
-            let again = |x: &mut [f64]| newton.solve_again(x, model.tally());
-            let solved = solved.and_then(|()| totals.restore(&mut change, &y, inverse, again));
-            if !steps.after_linear_solve(solved)? {
+            let at = (state.time, y.as_slice(), rate.as_slice());
+            let system = (&mut *coupled, &mut self.newton, areas.as_slice());
+            let Some(change) = steps.linear(system, model.tally(), at)? else {
                 continue;
-            }
+            };
             let at = Iterate { model, state, y: &y, rate: &rate, tolerance: (rtol, &tolerance) };
             let Trial { y: tried, rate: after, largest, error } =
                 at.trial(coupled, &change, steps.inverse, &typical)?;
@@ -148,6 +142,26 @@ impl Steps {
 
     fn shorten(&mut self, by: f64) {
         self.inverse = by * self.inverse.max(1e-9 * self.first);
+    }
+
+    /// δ of the linearly implicit step from `(t, c, F)`, in which totals that the chemistry conserves stay as they are.
+    /// None where the system cannot be solved.
+    fn linear(
+        &mut self,
+        (coupled, newton, areas): (&mut Coupled, &mut Option<Shifted>, &[Vec<f64>]),
+        tally: &Tally,
+        (time, y, rate): (f64, &[f64], &[f64]),
+    ) -> Result<Option<Vec<f64>>> {
+        let jacobian = coupled.jacobian(time, y)?;
+        self.set_fastest(jacobian.largest());
+        let totals = ConservedTotals::new(areas, jacobian, y, rate);
+        let mut change = rate.to_vec();
+        let newton = prepared(newton, jacobian)?;
+        let inverse = self.inverse;
+        let solved = newton.solve(jacobian, |_| (inverse, 1.0), &mut change, tally);
+        let again = |x: &mut [f64]| newton.solve_again(x, tally);
+        let solved = solved.and_then(|()| totals.restore(&mut change, y, inverse, again));
+        Ok(self.after_linear_solve(solved)?.then_some(change))
     }
 
     /// Whether a linear system was solved. A shorter step makes a matrix easier that could not be solved with; with no step to

@@ -49,6 +49,7 @@ use crate::model::Mechanics;
 pub use self::branch::Continuation;
 pub use self::elastic::Elastic;
 pub use self::steady_state::{SteadyStateSystem, imbalance};
+pub(super) use self::steady_state::{flatten, unflatten};
 pub use self::system::{Equilibrium, System};
 pub use self::unknowns::{Direction, Unknowns};
 

@@ -105,7 +105,7 @@ where
 }
 
 /// The numbers of `unknowns` in the order of the coupled system.
-fn flatten(layout: &Layout, unknowns: &Unknowns) -> Vec<f64> {
+pub(in crate::solve) fn flatten(layout: &Layout, unknowns: &Unknowns) -> Vec<f64> {
     let mut all = vec![0.0; layout.unknowns()];
     for (vertex, places) in layout.displacements().enumerate() {
         for (axis, place) in places.into_iter().enumerate() {
@@ -123,7 +123,7 @@ fn flatten(layout: &Layout, unknowns: &Unknowns) -> Vec<f64> {
 }
 
 /// The reverse of [`flatten`]; 0 along fixed directions.
-pub(super) fn unflatten(layout: &Layout, all: &[f64], like: &Unknowns) -> Unknowns {
+pub(in crate::solve) fn unflatten(layout: &Layout, all: &[f64], like: &Unknowns) -> Unknowns {
     let mut unknowns = like.zeros_like();
     for (vertex, places) in layout.displacements().enumerate() {
         unknowns.x[vertex] = Vec3::from_fn(|axis, _| places[axis].map_or(0.0, |place| all[place]));

@@ -178,6 +178,19 @@ impl Stability {
         Ok(inertia)
     }
 
+    /// Replaces `forces`, 0 along fixed directions, by the solution with H at `x` on the complement of the rigid motions.
+    ///
+    /// # Errors
+    /// As for [`Self::inertia`].
+    pub(in crate::solve) fn solve(
+        &mut self,
+        potential: &mut Potential,
+        x: &[Vec3],
+        forces: &mut [Vec3],
+    ) -> Result<Inertia, SolveError> {
+        self.inertia_below(potential, x, 0.0, Some(forces))
+    }
+
     /// The `count` smallest eigenvalues at `x` with their modes; fewer if the sheet has no more.
     ///
     /// # Errors

@@ -67,9 +67,7 @@ impl Workspace {
         let Some(Mode { shape: mode, .. }) = mode else { return Ok(false) };
         let edge = self.model.mechanics().reference().mean_edge();
         let saddle = state.x.clone();
-        let mut x = saddle.to_vec();
-        parallel::update(&mut x, |i, x| *x += MODE_DISPLACEMENT * edge * mode[i]);
-        state.x = x.into();
+        self.displace(state, MODE_DISPLACEMENT * edge, mode)?;
         let Some(near) = self.rest_nearby(state, None)? else { return Ok(true) };
         if self.reduction().distance(&saddle, &state.x) < NEUTRAL_DISTANCE * edge {
             done.iterations += near.iterations;
@@ -167,10 +165,19 @@ impl Workspace {
         if !(rate * step > 1.0) {
             return Ok(None);
         }
-        let mut x = state.x.to_vec();
-        parallel::update(&mut x, |i, x| *x += by * shape[i]);
-        state.x = x.into();
+        self.displace(state, by, shape)?;
         Ok(Some(rate))
+    }
+
+    /// Displaces the shape of `state` by `by` along `mode`, as far as contact allows.
+    fn displace(&mut self, state: &mut State, by: f64, mut mode: Vec<Vec3>) -> Result<()> {
+        parallel::update(&mut mode, |_, v| *v *= by);
+        let Self { model, memory, .. } = self;
+        let share = model.at(state, memory).potential()?.largest_step(&state.x, &mode);
+        let mut x = state.x.to_vec();
+        parallel::update(&mut x, |i, x| *x += share * mode[i]);
+        state.x = x.into();
+        Ok(())
     }
 
     /// The mode that lowers the energy most at `state`, if its eigenvalue is below `-least`, force/length³. None too where

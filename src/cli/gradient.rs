@@ -1,0 +1,176 @@
+//! `rumple gradient SCENE --measure J --with KEY`: derivatives of an equilibrium by its parameters.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use serde_json::json;
+
+use super::{SceneArgs, warn};
+use crate::geometry::lumped_areas;
+use crate::output::{Compression, Field, Frame, Interrupt, ResultFile, vtu};
+use crate::run::{Error, Result, provenance};
+use crate::scene::SceneSource;
+use crate::solve::Control;
+use crate::study::gradient::{Evaluated, Objective, Parameter, Request};
+
+/// Arguments of `gradient`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct GradientArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// What is differentiated: energy, volume, integral(FORMULA), mean(FORMULA) or shape(FILE), the distance from the points
+    /// of a mesh; a number and * before it is its weight. Formulas read x, y, z at rest, the displacement ux, uy, uz, species, t and
+    /// distance_to_boundary. May be repeated: the sum.
+    #[arg(long, value_name = "MEASURE", required = true, allow_hyphen_values = true)]
+    measure: Vec<String>,
+    /// A number of the scene, as `--set` names it: the derivative by it; may be repeated.
+    #[arg(long, value_name = "KEY", required_unless_present = "map")]
+    with: Vec<String>,
+    /// A field of the scene: the derivatives by its values at the vertices, as a map; may be repeated.
+    #[arg(long, value_name = "KEY", requires = "vtu")]
+    map: Vec<String>,
+    /// Differentiate the equilibrium that the scene begins with, at the species there, rather than that at its end.
+    #[arg(long)]
+    at_start: bool,
+    /// File for the maps, on the shape: derivatives per rest area, which do not depend on the mesh.
+    #[arg(long, visible_alias = "out", value_name = "FILE")]
+    vtu: Option<PathBuf>,
+    /// Overwrite an existing file, but not input files.
+    #[arg(long)]
+    force: bool,
+    /// Print the measure and all derivatives by numbers as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  rumple gradient plate.toml --measure 'mean(uz)' --with material.thickness --with effect.load.force.per-area[2]
+  rumple gradient leaf.toml --measure 'shape(target.obj)' --map effect.growth.factor --vtu map.vtu
+
+Differentiated is the equilibrium at the end of the scene's time; with a law the steady state of shape and chemistry there. One linear
+solution gives the derivatives by any number of parameters. Not covered: runs that end at no rest, constraints, remodelling and
+plasticity, periodic sheets.";
+
+pub(super) fn run(args: &GradientArgs) -> Result<()> {
+    args.scene.with_threads(|| run_in_pool(args))
+}
+
+fn run_in_pool(args: &GradientArgs) -> Result<()> {
+    let (scene, search) = args.scene.load()?;
+    let inputs = provenance::inputs(&scene, &[]);
+    let file =
+        args.vtu.as_ref().map(|path| ResultFile::new(path, args.force, &inputs)).transpose()?;
+    let interrupt = Interrupt::install()?;
+    let control = Control::new(move || interrupt.requested(), |_| ());
+    let request = Request {
+        scene: SceneSource::File(args.scene.scene.clone()),
+        set: args.scene.overrides.clone(),
+        measures: args.measure.clone(),
+        numbers: args.with.clone(),
+        fields: args.map.clone(),
+        at_start: args.at_start,
+    };
+    let mut objective = Objective::new(request, search, control)?;
+    let start = objective.values();
+    let mut evaluated = objective.evaluate(&start)?;
+    let gradient = objective.gradient(&mut evaluated)?;
+    if let Some(count @ 1..) = evaluated.negative_modes() {
+        warn(&format!(
+            "the shape is a saddle with {count} unstable directions: a run does not stay there"
+        ));
+    }
+    if evaluated.changes_with_rigid_motions() {
+        warn(
+            "the measure changes with rigid motions that nothing hinders: it is differentiated as if they were held",
+        );
+    }
+    let rows = || objective.parameters().iter().zip(&gradient);
+    match args.json {
+        true => print_json(args, &evaluated, rows()),
+        false => print_table(args, &evaluated, rows()),
+    }
+    if let Some(file) = &file {
+        let frame = frame(&objective, &evaluated, rows());
+        let bytes = vtu::encode(&frame, Compression::default())?;
+        file.write(|writer| writer.write_all(&bytes)).map_err(Error::from)?;
+    }
+    Ok(())
+}
+
+/// Prints J, and a row for every parameter.
+fn print_table<'a>(
+    args: &GradientArgs,
+    evaluated: &Evaluated,
+    rows: impl Iterator<Item = (&'a Parameter, &'a Vec<f64>)>,
+) {
+    let (value, time) = (evaluated.value, evaluated.state().time);
+    say!("J = {} = {value:.9e} at t = {time}", args.measure.join(" + "));
+    say!("{:<40} {:>14} {:>16} {:>12}", "parameter", "value", "dJ/dp", "p/J dJ/dp");
+    for (parameter, slopes) in rows {
+        let sum: f64 = slopes.iter().sum();
+        match parameter.is_field() {
+            false => {
+                let at = parameter.value[0];
+                say!("{:<40} {at:>14.6e} {sum:>16.8e} {:>12.4}", parameter.key, at * sum / value);
+            }
+            true => {
+                let least = slopes.iter().copied().fold(f64::INFINITY, f64::min);
+                let most = slopes.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                let title = format!("{} (map)", parameter.key);
+                say!("{title:<40} {:>14} {sum:>16.8e}   {least:.3e} to {most:.3e} a vertex", "");
+            }
+        }
+    }
+}
+
+fn print_json<'a>(
+    args: &GradientArgs,
+    evaluated: &Evaluated,
+    rows: impl Iterator<Item = (&'a Parameter, &'a Vec<f64>)>,
+) {
+    let row = |(parameter, slopes): (&Parameter, &Vec<f64>)| {
+        let sum: f64 = slopes.iter().sum();
+        match parameter.is_field() {
+            false => {
+                json!({ "key": parameter.key, "value": parameter.value[0], "derivative": sum })
+            }
+            true => json!({ "key": parameter.key, "vertices": slopes.len(), "sum": sum }),
+        }
+    };
+    let all = json!({
+        "measure": args.measure,
+        "value": evaluated.value,
+        "time": evaluated.state().time,
+        "negative_modes": evaluated.negative_modes(),
+        "parameters": rows.map(row).collect::<Vec<_>>(),
+    });
+    say!("{all:#}");
+}
+
+/// The shape with a field for every map.
+fn frame<'a>(
+    objective: &'a Objective,
+    evaluated: &'a Evaluated,
+    rows: impl Iterator<Item = (&'a Parameter, &'a Vec<f64>)>,
+) -> Frame<'a> {
+    let areas = lumped_areas(objective.sheet());
+    let per_area = |slopes: &[f64]| -> Vec<f64> {
+        slopes.iter().zip(&areas).map(|(slope, area)| slope / area).collect()
+    };
+    let mut point = Vec::new();
+    for (parameter, slopes) in rows.filter(|(parameter, _)| parameter.is_field()) {
+        point.push(Field::scalar(parameter.key.clone(), parameter.value.clone()));
+        point.push(Field::scalar(format!("dJ/d({}) [per area]", parameter.key), per_area(slopes)));
+    }
+    Frame {
+        time: evaluated.state().time,
+        step: evaluated.state().step,
+        points: &evaluated.state().x,
+        triangles: objective.sheet().triangles(),
+        point,
+        cell: Vec::new(),
+        field_data: Vec::new(),
+    }
+}
