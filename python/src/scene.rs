@@ -7,7 +7,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rumple::kinetics::HostLaw;
-use rumple::scene::SceneSource;
+use rumple::study::gradient::SceneSource;
 
 use crate::engine::{Error, Slot};
 use crate::law::Law;

@@ -6,12 +6,10 @@ use clap::Args;
 use serde_json::json;
 
 use super::{SceneArgs, warn};
-use crate::geometry::lumped_areas;
 use crate::output::{Compression, Field, Frame, Interrupt, ResultFile, vtu};
 use crate::run::{Error, Result, provenance};
-use crate::scene::SceneSource;
 use crate::solve::Control;
-use crate::study::gradient::{Evaluated, Objective, Parameter, Request};
+use crate::study::gradient::{Evaluated, Objective, Parameter, Request, SceneSource};
 
 /// Arguments of `gradient`.
 #[derive(Debug, Args)]
@@ -155,7 +153,7 @@ fn frame<'a>(
     evaluated: &'a Evaluated,
     rows: impl Iterator<Item = (&'a Parameter, &'a Vec<f64>)>,
 ) -> Frame<'a> {
-    let areas = lumped_areas(objective.sheet());
+    let areas = objective.rest_areas();
     let per_area = |slopes: &[f64]| -> Vec<f64> {
         slopes.iter().zip(&areas).map(|(slope, area)| slope / area).collect()
     };

@@ -4,6 +4,8 @@ use std::cell::LazyCell;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use serde::Deserialize;
+
 use super::Result;
 use crate::Vec3;
 use crate::effects::{EffectError, Field, FieldValues, formula_on, formula_values};
@@ -284,6 +286,27 @@ pub(crate) fn read_surface(
     };
     sheet.add_images(&mut surface)?;
     Ok(surface)
+}
+
+/// The values of the field `value`, as a scene has it, at the vertices and at the triangles of `sheet`.
+///
+/// # Errors
+/// What is no field, or has no values there.
+pub(crate) fn field_values(
+    scene: &Scene,
+    sheet: &Sheet,
+    value: toml::Value,
+) -> std::result::Result<[Vec<f64>; 2], String> {
+    let field = Field::<Finite>::deserialize(value).map_err(|error| error.to_string())?;
+    let read = |file: &Path| read_surface(scene, sheet, file);
+    let on = |place, count: usize| match field.on(place, sheet, Some(&read), "value") {
+        Ok(FieldValues::Each(values)) => Ok(values),
+        Ok(FieldValues::Same(value)) => Ok(vec![value; count]),
+        Err(error) => Err(error.message),
+    };
+    let at_vertices = on(Location::Vertex, sheet.vertex_count())?;
+    // A file may have values at the vertices or at the triangles alone; the second serve as the first.
+    Ok([at_vertices, on(Location::Face, sheet.triangle_count())?])
 }
 
 /// The values of an array of a file, one a point.

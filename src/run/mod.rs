@@ -56,6 +56,6 @@ pub(crate) use setup::model_with_start;
 pub use simulation::Simulation;
 pub use summary::{Ending, Summary};
 
-pub(crate) use initial_state::read_surface;
+pub(crate) use initial_state::field_values;
 pub(crate) use mesh::{located, location, read_sheet};
 pub(crate) use stability_monitor::stays_at_saddle;

@@ -57,7 +57,7 @@ pub use crate::scene::kinetics::SpeciesSpec;
 
 use self::error::Origin;
 use self::sections::Sections;
-pub use self::source::{OVER, SceneSource};
+pub use self::source::OVER;
 use crate::document::{Segment, Value, read};
 
 /// Tables of a scene.
@@ -158,6 +158,18 @@ impl Scene {
     ) -> Result<Vec<String>, SceneError> {
         let (_, (_, keys)) = source::changed(path, set, (over, option))?;
         Ok(keys)
+    }
+
+    /// The same of the scene `text`.
+    ///
+    /// # Errors
+    /// As for [`Scene::overridden_keys`].
+    pub fn overridden_keys_in(
+        text: &str,
+        name: &str,
+        overrides: &[String],
+    ) -> Result<Vec<String>, SceneError> {
+        Ok(source::document(text, name, overrides, (&[], OVER))?.1.1)
     }
 
     /// Gives `surface` in place of the file of this full path: an array of it is a field or a start without a file.

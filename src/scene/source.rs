@@ -2,11 +2,11 @@
 
 use std::fs::{self, File};
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use super::error::{Origin, SceneError};
-use super::{Scene, overrides, toml_tree};
+use super::{overrides, toml_tree};
 use crate::document::{DocumentError, Index, Node, Place};
 
 /// Largest scene file (bytes): ten thousand times the longest that anybody has written by hand, and
@@ -101,55 +101,4 @@ pub(super) fn document(
     }
     origin.index = Index::new(&root);
     Ok((root, (origin, keys)))
-}
-
-/// A scene that is read again and again, each time with other overrides.
-#[derive(Debug, Clone)]
-pub enum SceneSource {
-    /// By this file.
-    File(PathBuf),
-    /// By this text.
-    Text {
-        /// TOML.
-        text: String,
-        /// Stands for its file in messages.
-        name: String,
-    },
-}
-
-impl SceneSource {
-    /// The scene after the overrides `set` and `over`; errors call `option` what `over` comes from.
-    ///
-    /// # Errors
-    /// As for [`Scene::load`].
-    pub fn scene(
-        &self,
-        set: &[String],
-        over: &[String],
-        option: &'static str,
-    ) -> Result<Scene, SceneError> {
-        match self {
-            Self::File(path) => Scene::varied(path, set, over, option),
-            Self::Text { text, name } => {
-                let (root, (origin, _)) = document(text, name, set, (over, option))?;
-                super::check(root, origin)
-            }
-        }
-    }
-
-    /// What every override sets: paths of keys with list elements by their numbers.
-    ///
-    /// # Errors
-    /// As for [`Scene::overridden_keys`].
-    pub fn overridden_keys(
-        &self,
-        set: &[String],
-        over: &[String],
-        option: &'static str,
-    ) -> Result<Vec<String>, SceneError> {
-        match self {
-            Self::File(path) => Scene::overridden_keys(path, set, over, option),
-            Self::Text { text, name } => Ok(document(text, name, set, (over, option))?.1.1),
-        }
-    }
 }

@@ -20,6 +20,7 @@ mod stiff;
 mod threads;
 mod transactions;
 mod turing;
+mod unstable;
 
 use rumple::Simulation;
 use rumple::model::State;

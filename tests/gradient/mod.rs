@@ -3,9 +3,8 @@
 mod program;
 
 use rumple::kinetics::PluginSearch;
-use rumple::scene::SceneSource;
 use rumple::solve::Control;
-use rumple::study::gradient::{Objective, Request};
+use rumple::study::gradient::{Objective, Request, SceneSource};
 
 use crate::common::Noise;
 use crate::plugins::build;

@@ -21,7 +21,10 @@ const PLAN: [(&str, &[&str]); 19] = [
         ],
     ),
     ("ranks", &["solve", "registry"]),
-    ("scene", &["document", "registry", "output", "solve", "model", "effects", "kinetics"]),
+    (
+        "scene",
+        &["document", "registry", "output", "solve", "model", "effects", "kinetics", "sheet"],
+    ),
     ("problem", &["stepper", "solve", "model", "effects", "kinetics", "geometry", "sheet"]),
     ("stepper", &["solve", "model", "effects", "kinetics", "geometry", "sheet"]),
     ("kit", &["model", "effects", "kinetics", "geometry", "sheet"]),

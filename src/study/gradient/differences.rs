@@ -1,6 +1,6 @@
 //! λ·∂g/∂p + ∂J/∂p at a fixed state, by central differences.
 //!
-//! A field has a value at every vertex, and what it changes is near that vertex. So vertices whose neighbourhoods are apart are
+//! A field has a value at every vertex, and what it changes is near that vertex. So vertices with disjoint neighbourhoods are
 //! changed at once: with r the rings over which a change reaches, colours are given so that vertices of one colour are more than
 //! 2r rings apart, and every colour costs two evaluations, whatever the number of vertices (Curtis, Powell & Reid, J. Inst. Maths
 //! Applics 13 (1974) 117, doi:10.1093/imamat/13.1.117). r is found by changing single vertices: what a change does not reach stays
@@ -10,7 +10,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use super::Objective;
+use super::measure::Measure;
+use super::objective::{Evaluated, Objective};
 use super::parameter::FIELD_OPTION as OPTION;
 use crate::run::{Error, Result};
 use crate::sheet::Sheet;
@@ -26,13 +27,32 @@ const MAX_REACH: usize = 6;
 /// Largest difference between the sum over vertices and the derivative along a direction, relative to the sum of magnitudes.
 const TOLERANCE: f64 = 1e-5;
 
+impl Objective {
+    /// dJ/dp at an evaluated p: one list a parameter.
+    ///
+    /// # Errors
+    /// A derivative that is singular; laws that fail; a field that acts beyond its neighbourhood.
+    pub fn gradient(&self, evaluated: &mut Evaluated) -> Result<Vec<Vec<f64>>> {
+        let point = &mut evaluated.point;
+        let slope = |measure: &Measure| measure.slope(&point.point().model, &point.point().state);
+        let slopes = self.measures.iter().map(slope).collect::<Result<Vec<_>>>()?;
+        let slope = slopes.into_iter().reduce(|sum, more| sum.plus(1.0, &more));
+        let slope = slope.unwrap_or_default();
+        evaluated.moves = point.changes_with_rigid_motions(&slope.x);
+        let adjoint = point.adjoint(&slope)?;
+        let (values, point) = (&evaluated.at, evaluated.point.point());
+        let at = AtFixedState { objective: self, values, point, adjoint };
+        (0..self.parameters.len()).map(|k| at.derivative(k)).collect()
+    }
+}
+
 /// One parameter is changed while the state is kept.
-pub(super) struct AtFixedState<'a> {
-    pub(super) objective: &'a Objective,
-    pub(super) values: &'a [Vec<f64>],
-    pub(super) point: &'a Point,
+struct AtFixedState<'a> {
+    objective: &'a Objective,
+    values: &'a [Vec<f64>],
+    point: &'a Point,
     /// λ.
-    pub(super) adjoint: Unknowns,
+    adjoint: Unknowns,
 }
 
 /// λ·g + J at one p, or a derivative of it, in parts.
@@ -66,7 +86,7 @@ impl AtFixedState<'_> {
     ///
     /// # Errors
     /// Laws that fail; a field that acts beyond its neighbourhood.
-    pub(super) fn derivative(&self, k: usize) -> Result<Vec<f64>> {
+    fn derivative(&self, k: usize) -> Result<Vec<f64>> {
         match self.objective.parameters[k].is_field() {
             false => Ok(vec![self.along(k, &|_| 1.0)?.sum()]),
             true => self.by_colours(k),

@@ -50,7 +50,7 @@ impl Measure {
     /// Reads it for `model`.
     ///
     /// # Errors
-    /// A text that is no measure, a formula with unknown names, a file that does not fit.
+    /// An unknown measure, a formula with unknown names, a file that does not fit.
     pub(super) fn parse(text: &str, model: &Model) -> Result<Self> {
         let refuse = |message: String| Err(Error::Refused(format!("--measure {text}: {message}")));
         let (weight, rest) = match text.split_once('*') {

@@ -5,16 +5,13 @@
 
 use std::path::PathBuf;
 
-use serde::Deserialize;
 use toml::Value;
 
 use super::measure::species_names;
-use crate::effects::{Field, FieldValues};
-use crate::kinetics::Location;
-use crate::num::checked::Finite;
+use super::source::SceneSource;
 use crate::num::real;
-use crate::run::{Error, Result, Simulation};
-use crate::scene::{Scene, SceneSource, path_to};
+use crate::run::{Error, Result, Simulation, field_values};
+use crate::scene::{Scene, path_to};
 use crate::sheet::{Array, Sheet, Surface};
 
 /// The option that values come from.
@@ -47,7 +44,7 @@ impl Parameter {
     /// The key `key` of `scene`, a number.
     ///
     /// # Errors
-    /// A key that the scene does not have, is of the sheet, or is no number.
+    /// A key that the scene does not have, of the sheet, or of another type.
     pub(super) fn number(
         source: &SceneSource,
         set: &[String],
@@ -70,7 +67,7 @@ impl Parameter {
     /// The key `key` of `scene`, a field on `sheet`.
     ///
     /// # Errors
-    /// A key that the scene does not have, is of the sheet, or is no field of the place alone.
+    /// A key that the scene does not have, of the sheet, or a field that reads species or time.
     pub(super) fn field(
         (source, set): (&SceneSource, &[String]),
         (scene, simulation): (&Scene, &Simulation),
@@ -89,26 +86,11 @@ impl Parameter {
             other => other,
         };
         let what = described(&value);
-        let refuse = |why: String| {
+        let [value, at_triangles] = field_values(scene, sheet, value).map_err(|why| {
             let message = format!("it is {what}, no field of the place alone: {why}");
             Error::from(scene.error_at(&target, &message, None))
-        };
-        let field = Field::<Finite>::deserialize(value).map_err(|e| refuse(e.to_string()))?;
-        let read = |file: &std::path::Path| crate::run::read_surface(scene, sheet, file);
-        let on = |place| match field.on(place, sheet, Some(&read), "value") {
-            Ok(FieldValues::Each(values)) => Ok(values),
-            Ok(FieldValues::Same(value)) => Ok(vec![
-                value;
-                match place {
-                    Location::Vertex => sheet.vertex_count(),
-                    _ => sheet.triangle_count(),
-                }
-            ]),
-            Err(error) => Err(refuse(error.message)),
-        };
-        let (value, at_triangles) = (on(Location::Vertex)?, on(Location::Face).ok());
-        let from_corners = || means(sheet, &value);
-        let at_triangles = Some(at_triangles.unwrap_or_else(from_corners));
+        })?;
+        let at_triangles = Some(at_triangles);
         Ok(Self { key: key.to_owned(), value, target, at_triangles })
     }
 
@@ -218,7 +200,7 @@ fn find(source: &SceneSource, set: &[String], scene: &Scene, key: &str) -> Resul
         None => {
             // A key that the scene cannot have is refused with the nearest one.
             source.scene(set, &over, OPTION)?;
-            let message = "the scene leaves it out: there is no value at which to differentiate";
+            let message = "the scene leaves it out, and derivatives are taken at its value";
             let help = format!("--set {key}=VALUE gives it one");
             Err(scene.error_at(&target, message, Some(&help)).into())
         }

@@ -10,10 +10,14 @@ use crate::num::checked::Positive;
 use crate::solve::equilibrium::Relaxation;
 use crate::solve::{Result, Workspace};
 
-/// Iterations of the motion between two checks: a check costs as much as ten to forty.
+/// Iterations of the motion between two checks, in the long run and at first, when the interval is doubled by every check: one
+/// costs as much as ten to forty, and a short run has few steps.
 const CHECK_INTERVAL: usize = 300;
-/// What a step counts for at least: every tenth is checked.
+const FIRST_INTERVAL: usize = 60;
+/// What a step counts for at least: the second is checked, the sixth, and in the long run every tenth.
 const LEAST_ITERATIONS: usize = 30;
+/// Doublings after which the interval is that of the long run.
+const MAX_DOUBLINGS: u32 = 3;
 /// The displacement in units of the tolerance of a step.
 const DISPLACEMENT: f64 = 0.1;
 
@@ -35,10 +39,11 @@ impl Staggered {
             return Ok(state);
         }
         self.growth.unchecked += done.iterations.max(LEAST_ITERATIONS);
-        if self.growth.unchecked >= CHECK_INTERVAL {
+        let Growth { unchecked, checks, .. } = self.growth;
+        if unchecked >= CHECK_INTERVAL.min(FIRST_INTERVAL << checks.min(MAX_DOUBLINGS)) {
             let by = DISPLACEMENT * workspace.model.shape_unit(&state, self.tolerance());
             let rate = workspace.leave_damped_saddle(&mut state, step, by)?;
-            self.growth = Growth { unchecked: 0, rate };
+            self.growth = Growth { unchecked: 0, rate, checks: checks.saturating_add(1) };
         }
         Ok(state)
     }

@@ -232,6 +232,8 @@ pub(super) struct Stabilised {
 pub(super) struct Growth {
     /// Iterations since the last check.
     pub(super) unchecked: usize,
+    /// Checks so far.
+    pub(super) checks: u32,
     /// Rate at which the fastest perturbation grew then, if steps were too long for it, 1/time.
     pub(super) rate: Option<f64>,
 }

@@ -1,0 +1,217 @@
+//! J(p) of the equilibria of a scene.
+
+use std::sync::Arc;
+
+use super::measure::Measure;
+use super::parameter::{OPTION, Parameter};
+use super::source::SceneSource;
+use crate::geometry::lumped_areas;
+use crate::kinetics::{Location, PluginSearch};
+use crate::model::{Model, Positions, State};
+use crate::run::{Error, Observer, Result, Simulation, StopRules, model_with_start};
+use crate::scene::Scene;
+use crate::sheet::Sheet;
+use crate::solve::Control;
+use crate::solve::sensitivity::SteadyPoint;
+use crate::tally::Tally;
+
+/// What is differentiated by what.
+#[derive(Debug, Clone)]
+pub struct Request {
+    /// The scene.
+    pub scene: SceneSource,
+    /// Its overrides.
+    pub set: Vec<String>,
+    /// Measures, whose sum is J.
+    pub measures: Vec<String>,
+    /// Keys of numbers.
+    pub numbers: Vec<String>,
+    /// Keys of fields.
+    pub fields: Vec<String>,
+    /// Whether it is the equilibrium that the scene begins with, at the species there, rather than that at its end.
+    pub at_start: bool,
+}
+
+/// J(p) of the equilibria of a scene.
+pub struct Objective {
+    request: Request,
+    search: PluginSearch,
+    pub(super) control: Control,
+    pub(super) sheet: Arc<Sheet>,
+    pub(super) parameters: Vec<Parameter>,
+    pub(super) measures: Vec<Measure>,
+    /// Where work at fixed states is counted.
+    tally: Tally,
+    /// Where the next relaxation begins.
+    warm: Option<Positions>,
+}
+
+/// J at one p.
+pub struct Evaluated {
+    /// J.
+    pub value: f64,
+    /// p: one list a parameter.
+    pub at: Vec<Vec<f64>>,
+    /// What is at rest there.
+    pub(super) point: SteadyPoint,
+    /// Whether J changes with rigid motions that nothing hinders.
+    pub(super) moves: bool,
+}
+
+impl Evaluated {
+    /// The state at rest.
+    #[must_use]
+    pub fn state(&self) -> &State {
+        &self.point.point().state
+    }
+
+    /// Whether J changes with rigid motions that nothing hinders: it is differentiated as if they were held.
+    #[must_use]
+    pub fn changes_with_rigid_motions(&self) -> bool {
+        self.moves
+    }
+
+    /// Number of directions in which the energy falls, if that is known: at a saddle a run does not stay.
+    #[must_use]
+    pub fn negative_modes(&self) -> Option<usize> {
+        self.point.negative_modes()
+    }
+}
+
+impl Objective {
+    /// Reads the scene, the measures and the parameters; nothing is relaxed yet.
+    ///
+    /// # Errors
+    /// A scene, a measure or a key that is wrong, or a scene that is not covered.
+    pub fn new(request: Request, search: PluginSearch, control: Control) -> Result<Self> {
+        let Request { scene: source, set, .. } = &request;
+        let scene = source.scene(set, &[], OPTION)?;
+        let simulation = Simulation::new(&scene, &search)?;
+        check(&scene, &simulation)?;
+        let sheet = Arc::clone(simulation.sheet());
+        let numbers = request.numbers.iter().map(|key| Parameter::number(source, set, &scene, key));
+        let fields = request
+            .fields
+            .iter()
+            .map(|key| Parameter::field((source, set), (&scene, &simulation), key));
+        let parameters = numbers.chain(fields).collect::<Result<Vec<_>>>()?;
+        Parameter::check_apart(&parameters)?;
+        let of = |text: &String| Measure::parse(text, simulation.model());
+        let measures = request.measures.iter().map(of).collect::<Result<Vec<_>>>()?;
+        let tally = simulation.model().tally().clone();
+        let warm = None;
+        let objective = Self { request, search, control, sheet, parameters, measures, tally, warm };
+        objective.check_measures(simulation.model().chemistry().is_some())?;
+        Ok(objective)
+    }
+
+    /// The parameters, numbers before fields.
+    #[must_use]
+    pub fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    /// The sheet.
+    #[must_use]
+    pub fn sheet(&self) -> &Arc<Sheet> {
+        &self.sheet
+    }
+
+    /// Rest area of every vertex, a third of that of its triangles.
+    #[must_use]
+    pub fn rest_areas(&self) -> Vec<f64> {
+        lumped_areas(&self.sheet)
+    }
+
+    /// p in the scene: one list a parameter.
+    #[must_use]
+    pub fn values(&self) -> Vec<Vec<f64>> {
+        self.parameters.iter().map(|parameter| parameter.value.clone()).collect()
+    }
+
+    /// Refuses measures whose derivatives are not covered.
+    fn check_measures(&self, chemistry: bool) -> Result<()> {
+        let whole = self.measures.iter().any(|measure| !measure.is_local());
+        let field = self.parameters.iter().find(|parameter| parameter.is_field());
+        if let (true, Some(field)) = (whole, field) {
+            return Err(Error::Refused(format!(
+                "--map {}: the energy is not known vertex by vertex: maps are of other measures",
+                field.key
+            )));
+        }
+        if whole && chemistry && !self.request.at_start {
+            let message =
+                "the energy of a steady state is not covered: its derivative by species is unknown";
+            return Err(Error::Refused(format!("--measure energy: {message}")));
+        }
+        Ok(())
+    }
+
+    /// The scene with the parameters `values`.
+    fn scene(&self, values: &[Vec<f64>]) -> Result<Scene> {
+        let with = self.parameters.iter().zip(values).enumerate();
+        let over: Vec<String> = with.clone().map(|(k, (p, value))| p.set(k, value)).collect();
+        let mut scene = self.request.scene.scene(&self.request.set, &over, OPTION)?;
+        with.for_each(|(k, (p, value))| p.give(k, value, (&mut scene, &self.sheet)));
+        Ok(scene)
+    }
+
+    /// The model with the parameters `values`, and its start.
+    pub(super) fn model(&self, values: &[Vec<f64>]) -> Result<(Model, State)> {
+        model_with_start(&self.scene(values)?, &self.sheet, (&self.search, &self.tally))
+    }
+
+    /// Runs the scene with the parameters `values` to its end, and evaluates J at the equilibrium there.
+    ///
+    /// # Errors
+    /// Values that the scene cannot have; a run that fails; an end at which nothing rests.
+    pub fn evaluate(&mut self, values: &[Vec<f64>]) -> Result<Evaluated> {
+        let scene = self.scene(values)?;
+        let mut simulation = Simulation::on_sheet(&scene, &self.search, &self.sheet)?;
+        simulation.set_control(self.control.clone());
+        let runs = !self.request.at_start;
+        if let Some(warm) = self.warm.take().filter(|_| !runs) {
+            simulation.state_mut().x = warm;
+        }
+        simulation.prepare()?;
+        if runs {
+            let mut rules = StopRules::new(&scene);
+            while rules.stop(&mut simulation.evaluate())?.is_none() {
+                simulation.step(scene.time.span.until.get())?;
+                simulation.renew(false);
+            }
+        }
+        let tolerance = simulation.force_tolerance();
+        let (model, state) = (Arc::clone(simulation.model()), simulation.state());
+        let reacts = model.chemistry().is_some();
+        let steady = reacts && (runs || model.storage().chemistry == 0.0);
+        let point = SteadyPoint::new(model, state, (steady, tolerance), &self.control)?;
+        let mut value = 0.0;
+        for measure in &self.measures {
+            value += measure.value(&point.point().model, &point.point().state)?;
+        }
+        self.warm = Some(point.point().state.x.clone());
+        Ok(Evaluated { value, at: values.to_vec(), point, moves: false })
+    }
+}
+
+/// Refuses scenes that are not covered.
+fn check(scene: &Scene, simulation: &Simulation) -> Result<()> {
+    if !simulation.sheet().reduction().periods().is_empty() {
+        let message = "gradients of periodic sheets are not covered";
+        return Err(scene.error_at("sheet.periodic", message, None).into());
+    }
+    let model = simulation.model();
+    let on_faces =
+        model.chemistry().is_some_and(|chemistry| chemistry.location() == Location::Face);
+    if on_faces && model.moves() {
+        let message = "with species on triangles optimal lengths depend on the shape by its areas, which is not covered";
+        let help = "--set kinetics.location=vertex has species at the vertices";
+        return Err(scene.error_at("kinetics.location", message, Some(help)).into());
+    }
+    if !model.moves() {
+        let message = "gradients are those of shapes at rest: the scene moves no shape";
+        return Err(scene.error_at("time.policy", message, None).into());
+    }
+    Ok(())
+}
