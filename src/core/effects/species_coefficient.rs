@@ -14,6 +14,7 @@
 //! ```
 
 use super::field::vertex_places;
+use super::signal_factor::TransportInputs;
 use super::{FieldValues, Operator, TransportTerm};
 use crate::Vec3;
 use crate::kinetics::formula::SpeciesFormula;
@@ -61,8 +62,7 @@ impl<'a> At<'a> {
 
     /// The first point where it is inadmissible.
     fn wrong(&self) -> Option<WrongCoefficient> {
-        let crosses = self.term.read_species() != self.term.species();
-        let right = |d: f64| d.is_finite() && (crosses || d >= 0.0);
+        let right = |d: f64| d.is_finite() && (!self.term.has_sign() || d >= 0.0);
         let point = self.d.iter().position(|d| !right(*d))?;
         Some(WrongCoefficient { point, value: self.d[point] })
     }
@@ -93,6 +93,21 @@ impl TransportTerm {
         Some(FieldValues::Each(each.map(|(t, corners)| factor.at(t) * mean(corners)).collect()))
     }
 
+    /// Whether its coefficient or factor must not be negative.
+    #[must_use]
+    pub fn has_sign(&self) -> bool {
+        match &self.factor {
+            Some(factor) => factor.is_nonnegative(),
+            None => self.read_species() == self.species(),
+        }
+    }
+
+    /// Whether its rate may have no value: its coefficient reads species, or its factor signals.
+    #[must_use]
+    pub(crate) fn may_fail(&self) -> bool {
+        self.factor.is_some() || !self.read_by_coefficient().is_empty()
+    }
+
     /// Numbers of the species that the coefficient reads.
     #[must_use]
     pub fn read_by_coefficient(&self) -> &[usize] {
@@ -102,14 +117,20 @@ impl TransportTerm {
     /// Adds the rate of change to `out`.
     ///
     /// # Errors
-    /// Where the coefficient is inadmissible.
+    /// Where the coefficient or the factor is inadmissible.
     pub fn add_rate_of(
         &self,
         (sheet, time): (&Sheet, f64),
         operator: &Operator,
-        species: &[&[f64]],
+        (species, signals): TransportInputs<'_>,
         out: &mut [f64],
     ) -> Result<(), WrongCoefficient> {
+        let on = (sheet, time);
+        if let Some(factor) = &self.factor {
+            let mut rate = vec![0.0; out.len()];
+            self.add_rate(on, operator, species[self.read_species()], &mut rate);
+            return factor.add_product(on, signals, &rate, out);
+        }
         let Some(formula) = &self.coefficient else {
             self.add_rate((sheet, time), operator, species[self.read_species()], out);
             return Ok(());
@@ -138,12 +159,15 @@ impl TransportTerm {
         &self,
         (sheet, time): (&Sheet, f64),
         operator: &Operator,
-        species: &[&[f64]],
+        (species, signals): TransportInputs<'_>,
         emit: &mut dyn FnMut(usize, usize, usize, f64),
     ) {
         let by = self.read_species();
         let Some(formula) = &self.coefficient else {
-            self.entries((sheet, time), operator, &mut |i, j, value| emit(i, by, j, value));
+            let factors = self.factors((sheet, time), signals);
+            self.entries((sheet, time), operator, &mut |i, j, value| {
+                emit(i, by, j, factors.as_ref().map_or(value, |factors| factors[i] * value));
+            });
             return;
         };
         let at = At::new(self, formula, sheet, species);
@@ -169,17 +193,16 @@ impl TransportTerm {
         (sheet, time): (&Sheet, f64),
         operator: &Operator,
         x: &[Vec3],
-        species: &[&[f64]],
+        (species, signals): TransportInputs<'_>,
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
         let Some(formula) = &self.coefficient else {
-            return self.shape_derivatives(
-                (sheet, time),
-                operator,
-                x,
-                species[self.read_species()],
-                emit,
-            );
+            let (on, followed) = ((sheet, time), species[self.read_species()]);
+            let factors = self.factors(on, signals);
+            self.shape_derivatives(on, operator, x, followed, &mut |i, v, by| {
+                emit(i, v, factors.as_ref().map_or(by, |factors| factors[i] * by));
+            });
+            return;
         };
         let at = At::new(self, formula, sheet, species);
         let followed = at.followed();
@@ -194,7 +217,8 @@ impl TransportTerm {
         });
     }
 
-    /// A bound on the row sums of the derivatives by the species that is followed and by those that the coefficient reads, 1/time: that of L times
+    /// A bound on the row sums of the derivatives by the species that is followed and by those that the coefficient reads, 1/time: with
+    /// a factor the largest row sum, else that of L times
     ///
     /// ```text
     /// max |D| + (max b - min b) Σ_u max |D'|
@@ -204,8 +228,15 @@ impl TransportTerm {
         &self,
         (sheet, time): (&Sheet, f64),
         operator: &Operator,
-        species: &[&[f64]],
+        (species, signals): TransportInputs<'_>,
     ) -> f64 {
+        if let Some(factors) = self.factors((sheet, time), signals) {
+            let mut sums = vec![0.0; factors.len()];
+            self.entries((sheet, time), operator, &mut |i, _, value| {
+                sums[i] += (factors[i] * value).abs();
+            });
+            return parallel::max(sums.len(), |i| sums[i]);
+        }
         let linear = self.spectral_bound((sheet, time), operator);
         let Some(formula) = &self.coefficient else { return linear };
         let at = At::new(self, formula, sheet, species);
