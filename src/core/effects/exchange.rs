@@ -80,7 +80,7 @@ impl EffectSpec for Exchange {
             let density = InflowDensity::Exchange(rate, reference);
             return Ok(Effect::transport_term(term("rate", density, of_rate)?));
         }
-        // -k c and k c_ref are apart: they have different factors.
+        // -k c and k c_ref have different factors.
         let supply = match (&self.rate, &self.reference, &of_rate) {
             (Field::Formula(rate), Field::Formula(reference), Some(_)) => {
                 let product = Field::<Finite>::Formula(format!("({rate})*({reference})"));

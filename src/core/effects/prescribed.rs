@@ -172,6 +172,14 @@ impl DirichletValues {
         times
     }
 
+    /// The largest |value| at a time up to `until`.
+    #[must_use]
+    pub fn largest(&self, until: f64) -> f64 {
+        let of =
+            |time: f64| self.values(time).iter().fold(0.0, |most: f64, (_, v)| most.max(v.abs()));
+        self.samples(until).into_iter().map(of).fold(0.0, f64::max)
+    }
+
     /// A point, its value and the time up to `until` at which this is not from `lower` to `upper`.
     #[must_use]
     pub(crate) fn out_of_range(

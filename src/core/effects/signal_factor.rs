@@ -6,7 +6,7 @@
 //! ```
 
 use super::field::{check_distance, vertex_places};
-use super::{EffectContext, EffectError, Field, Operator, TransportTerm, WrongCoefficient};
+use super::{EffectContext, EffectError, Field};
 use crate::kinetics::formula::SpeciesFormula;
 use crate::kinetics::{Location, Signal};
 use crate::sheet::Sheet;
@@ -60,7 +60,11 @@ impl SignalFactor {
         columns.enumerate().filter(|(k, _)| read.contains(k)).map(|(_, signal)| signal)
     }
 
-    fn evaluate(&self, (sheet, time): (&Sheet, f64), signals: SignalValues<'_>) -> Vec<f64> {
+    pub(super) fn evaluate(
+        &self,
+        (sheet, time): (&Sheet, f64),
+        signals: SignalValues<'_>,
+    ) -> Vec<f64> {
         let places = vertex_places(sheet, self.formula.depends_on_distance());
         self.formula.evaluate(places, time, |k| signals.column(k))
     }
@@ -68,71 +72,43 @@ impl SignalFactor {
     /// Adds it times `rate` to `out`.
     ///
     /// # Errors
-    /// Where it is inadmissible at a point with a rate.
+    /// The first point with a rate where it is inadmissible, and its value there.
     pub(super) fn add_product(
         &self,
         on: (&Sheet, f64),
         signals: SignalValues<'_>,
         rate: &[f64],
         out: &mut [f64],
-    ) -> Result<(), WrongCoefficient> {
+    ) -> Result<(), (usize, f64)> {
         let factor = self.evaluate(on, signals);
         for (point, (value, rate)) in factor.into_iter().zip(rate).enumerate() {
             if *rate == 0.0 {
                 continue;
             }
             if !(value.is_finite() && (!self.nonnegative || value >= 0.0)) {
-                return Err(WrongCoefficient { point, value });
+                return Err((point, value));
             }
             out[point] += value * rate;
         }
         Ok(())
     }
-}
 
-impl TransportTerm {
-    /// The same times a factor that reads signals.
-    #[must_use]
-    pub(super) fn with_factor(mut self, factor: Option<SignalFactor>) -> Self {
-        self.factor = factor;
-        self
-    }
-
-    /// The signals that its factor reads.
-    pub fn read_signals(&self) -> impl Iterator<Item = Signal> + '_ {
-        self.factor.iter().flat_map(SignalFactor::signals)
-    }
-
-    /// The factor at the points; `None` where there is none.
-    pub(super) fn factors(&self, on: (&Sheet, f64), signals: SignalValues<'_>) -> Option<Vec<f64>> {
-        self.factor.as_ref().map(|factor| factor.evaluate(on, signals))
-    }
-
-    /// Hands the derivatives of the rate by signals at the same point to `emit` as (point, column among those of the signals given,
-    /// value).
-    pub fn derivatives_by_signals(
+    /// Its derivatives at the points by each column that it reads, with the place of this among those of `signals`.
+    pub(super) fn slopes(
         &self,
         (sheet, time): (&Sheet, f64),
-        operator: &Operator,
-        (species, signals): TransportInputs<'_>,
-        mut emit: impl FnMut(usize, usize, f64),
-    ) {
-        let Some(SignalFactor { formula, .. }) = &self.factor else { return };
-        let followed = species[self.read_species()];
-        let mut rate = vec![0.0; followed.len()];
-        self.add_rate((sheet, time), operator, followed, &mut rate);
-        let places = vertex_places(sheet, formula.depends_on_distance());
-        let slopes = formula.slopes(places, time, |k| signals.column(k));
-        for (number, slopes) in formula.species().iter().zip(slopes) {
-            let Some(column) = signals.place(*number) else { continue };
-            let each = rate.iter().zip(slopes).enumerate().filter(|(_, (rate, _))| **rate != 0.0);
-            each.for_each(|(point, (rate, slope))| emit(point, column, rate * slope));
-        }
+        signals: SignalValues<'_>,
+    ) -> impl Iterator<Item = (usize, Vec<f64>)> {
+        let places = vertex_places(sheet, self.formula.depends_on_distance());
+        let slopes = self.formula.slopes(places, time, |k| signals.column(k));
+        let columns = self.formula.species().iter().filter_map(move |k| signals.place(*k));
+        columns.zip(slopes).collect::<Vec<_>>().into_iter()
     }
 }
 
 impl EffectContext<'_> {
-    /// The factor by a formula that reads signals, which must not be negative where it is `nonnegative`; `None` of a field that reads none. `key` is to blame.
+    /// The factor by a formula that reads signals, which must not be negative where it is `nonnegative`; `None` of a field that reads
+    /// none. `key` is to blame.
     ///
     /// # Errors
     /// A formula with a name that is neither position, time nor a signal; one of species on faces, or of the tension without a

@@ -1,4 +1,5 @@
-//! Transports whose coefficient reads species, by the linear one with the coefficient 1.
+//! Transports whose coefficient reads species, by the linear one with the coefficient 1, or whose factor reads signals
+//! (`signal_factor.rs`).
 //!
 //! ```text
 //! ∂c/∂t = … + ∇·(D(u) ∇b)         D a formula of the rest position and of species u, b the species that is followed
@@ -14,9 +15,10 @@
 //! ```
 
 use super::field::vertex_places;
-use super::signal_factor::TransportInputs;
+use super::signal_factor::{SignalFactor, SignalValues, TransportInputs};
 use super::{FieldValues, Operator, TransportTerm};
 use crate::Vec3;
+use crate::kinetics::Signal;
 use crate::kinetics::formula::SpeciesFormula;
 use crate::parallel;
 use crate::sheet::Sheet;
@@ -93,6 +95,23 @@ impl TransportTerm {
         Some(FieldValues::Each(each.map(|(t, corners)| factor.at(t) * mean(corners)).collect()))
     }
 
+    /// The same times a factor that reads signals.
+    #[must_use]
+    pub(super) fn with_factor(mut self, factor: Option<SignalFactor>) -> Self {
+        self.factor = factor;
+        self
+    }
+
+    /// The signals that its factor reads.
+    pub fn read_signals(&self) -> impl Iterator<Item = Signal> + '_ {
+        self.factor.iter().flat_map(SignalFactor::signals)
+    }
+
+    /// The factor at the points; `None` where there is none.
+    fn factors(&self, on: (&Sheet, f64), signals: SignalValues<'_>) -> Option<Vec<f64>> {
+        self.factor.as_ref().map(|factor| factor.evaluate(on, signals))
+    }
+
     /// Whether its coefficient or factor must not be negative.
     #[must_use]
     pub fn has_sign(&self) -> bool {
@@ -129,7 +148,8 @@ impl TransportTerm {
         if let Some(factor) = &self.factor {
             let mut rate = vec![0.0; out.len()];
             self.add_rate(on, operator, species[self.read_species()], &mut rate);
-            return factor.add_product(on, signals, &rate, out);
+            let added = factor.add_product(on, signals, &rate, out);
+            return added.map_err(|(point, value)| WrongCoefficient { point, value });
         }
         let Some(formula) = &self.coefficient else {
             self.add_rate((sheet, time), operator, species[self.read_species()], out);
@@ -185,6 +205,25 @@ impl TransportTerm {
                 emit(i, read, i, difference * slope[i]);
             }
         });
+    }
+
+    /// Hands the derivatives of the rate by signals at the same point to `emit` as (point, column among those of the signals given,
+    /// value).
+    pub fn derivatives_by_signals(
+        &self,
+        on: (&Sheet, f64),
+        operator: &Operator,
+        (species, signals): TransportInputs<'_>,
+        mut emit: impl FnMut(usize, usize, f64),
+    ) {
+        let Some(factor) = &self.factor else { return };
+        let followed = species[self.read_species()];
+        let mut rate = vec![0.0; followed.len()];
+        self.add_rate(on, operator, followed, &mut rate);
+        for (column, slopes) in factor.slopes(on, signals) {
+            let each = rate.iter().zip(slopes).enumerate().filter(|(_, (rate, _))| **rate != 0.0);
+            each.for_each(|(point, (rate, slope))| emit(point, column, rate * slope));
+        }
     }
 
     /// Hands the derivatives of the rate by positions to `emit`, as [`Transport::shape_derivatives`](super::Transport::shape_derivatives).

@@ -33,6 +33,13 @@ impl HeldValues {
         self.mask.get(s).and_then(|mask| mask.get(point)).is_some_and(|held| *held)
     }
 
+    /// The largest |value| of the species `s` at a time up to `until`.
+    #[must_use]
+    pub fn largest(&self, s: usize, until: f64) -> f64 {
+        let of_species = self.all.iter().filter(|held| held.species() == s);
+        of_species.map(|held| held.largest(until)).fold(0.0, f64::max)
+    }
+
     /// Sets the values at a time.
     pub(in crate::model) fn set(&self, time: f64, species: &mut [Vec<f64>]) {
         for held in &self.all {
