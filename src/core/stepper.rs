@@ -130,9 +130,9 @@ impl Stepper {
         chemistry::relax_to_steady_state(&mut self.workspace, &mut self.state)
     }
 
-    /// Sets the values that effects hold.
+    /// Sets the values that effects hold at the time of the state.
     fn hold(&mut self) {
-        self.workspace.model.hold(&mut self.state.species);
+        self.workspace.model.hold(self.state.time, &mut self.state.species);
     }
 
     /// That no effect refuses the shape, after what it was asked to move apart: so many pairs, by so much at most.
@@ -180,7 +180,6 @@ impl Stepper {
         }
         self.check()?;
         self.progress.check(&mut self.workspace, &self.state)?;
-        self.hold();
         let work = self.model().tally().work();
         let (causes, not_finite) =
             (self.workspace.rejections().causes(), self.model().not_finite());
@@ -189,15 +188,17 @@ impl Stepper {
         let model = Arc::clone(self.model());
         let window = self.breakpoints.limit(window, model.sheet().reduction());
         self.state.time = window.start;
+        // Past a jump.
+        self.hold();
         let report = advance(self, window.end).inspect_err(|_| {
             self.state.time = time;
+            self.hold();
             self.workspace.roll_back();
         })?;
-        // Stages of explicit methods round.
-        self.hold();
         if self.state.time == window.end {
             self.state.time = window.shown_time;
         }
+        self.hold();
         self.model().tally().count(|work| work.steps += 1);
         let work = self.model().tally().work() - work;
         self.progress.count(self.state.time - time, until - time, work.substeps);

@@ -294,9 +294,10 @@ fn concentrations(chemistry: &Chemistry, at: &mut Evaluation<'_>) -> Result<Map<
     let mut diffusion = reaction.clone();
     let mut out: Vec<&mut [f64]> = reaction.iter_mut().map(Vec::as_mut_slice).collect();
     chemistry.reaction(&c, &columns, &mut out)?;
+    let read = (&c[..], chemistry.signal_values(&columns));
     for (term, operator) in chemistry.transports().iter().zip(at.surface().operators()) {
         let out = &mut diffusion[term.species()];
-        chemistry.add_transport((model.sheet(), state.time), (term, operator), &c, out)?;
+        chemistry.add_transport((model.sheet(), state.time), (term, operator), read, out)?;
     }
     let factor = json!(chemistry.point_length_factor(&state.species)?);
     let mut all = Map::new();

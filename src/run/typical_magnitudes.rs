@@ -1,7 +1,7 @@
 //! Typical magnitudes of species, the units of absolute tolerances, where a law declares none.
 //!
 //! ```text
-//! typical = max |c|                     at the start
+//! typical = max |c|                     at the start, and of held values up to the end
 //!           |δ| with |R(c + δ) - R(c)| ≥ |R(c)|/3       where that is 0: the smallest change that the rate R feels
 //!           |R| · 1                     where it feels none, per unit of time
 //! ```
@@ -38,12 +38,15 @@ pub(super) fn set(scene: &Scene, stepper: &mut Stepper, notes: &mut Vec<String>)
     let model = stepper.model().clone();
     let Some(chemistry) = model.chemistry() else { return };
     let reduction = model.sheet().reduction();
-    let start: Vec<f64> = stepper.state.species.iter().map(|c| largest(reduction, c)).collect();
+    let (held, until) = (chemistry.held(), scene.time.span.until.get());
+    let of_held = |s: usize| reduction.max(1, |_| held.largest(s, until));
+    let start = stepper.state.species.iter().enumerate();
+    let start: Vec<f64> = start.map(|(s, c)| largest(reduction, c).max(of_held(s))).collect();
     let species = &chemistry.descriptor().species;
     let mut sizes: Vec<Option<f64>> = start.iter().map(|start| nearest(*start)).collect();
     // Collective: the same on all ranks, as all of it is.
     if sizes.contains(&None) {
-        from_rates(stepper, chemistry, scene.time.span.until.get(), &mut sizes);
+        from_rates(stepper, chemistry, until, &mut sizes);
     }
     let known = || species.iter().zip(&sizes).map(|(species, size)| species.typical.or(*size));
     let others = known().flatten().fold(0.0, f64::max);
@@ -55,7 +58,7 @@ pub(super) fn set(scene: &Scene, stepper: &mut Stepper, notes: &mut Vec<String>)
         let (size, what) = match (start[s], sizes[s]) {
             (0.0, Some(size)) => (size, "the size that its rate leads to"),
             (0.0, None) => continue,
-            (start, _) => (start, "its largest value at the start"),
+            (start, _) => (start, "its largest value at the start, or held"),
         };
         if absolute > size {
             notes.push(format!(

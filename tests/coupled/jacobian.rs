@@ -39,8 +39,14 @@ fn model(
 fn brought(sheet: &Sheet, location: Location, measure: Measure, tables: &[&str]) -> Effect {
     let law = Everything::new(location);
     let kinetics = Some((law.descriptor(), location));
-    let context =
-        EffectContext { sheet, material: None, kinetics, measure, varying: None, read: None };
+    let context = EffectContext {
+        sheet,
+        material: Some(&MATERIAL),
+        kinetics,
+        measure,
+        varying: None,
+        read: None,
+    };
     let mut all = Effect::default();
     for table in tables {
         let text = format!(
@@ -67,7 +73,9 @@ fn the_jacobian_is_exact_for_fluxes_advection_cross_diffusion_and_held_values() 
                 "kind = 'exchange'\nspecies = 'b'\nwhere = 'all'\nrate = '2 + x'\nreference = 0.3",
                 "kind = 'advection'\nspecies = 'a'\nvelocity = ['1 + y', 'x', 0.2]",
                 "kind = 'cross-diffusion'\nspecies = 'b'\nby = 'a'\ncoefficient = -0.4",
-                "kind = 'hold'\nspecies = 'b'\nwhere = 'rim'\nvalue = 'x'",
+                "kind = 'flux'\nspecies = 'b'\nwhere = 'all'\nvalue = '(1 + x)/(1 + pos(sigma)/5) + 0.1*H'",
+                "kind = 'exchange'\nspecies = 'a'\nwhere = 'rim'\nrate = 'J + t'\nreference = '0.1*normal_z + x'",
+                "kind = 'hold'\nspecies = 'b'\nwhere = 'rim'\nvalue = 'x + sin(t)'",
             ][..],
         ),
         (

@@ -20,6 +20,7 @@ mod reading;
 mod registered;
 mod running;
 mod separated;
+mod signals;
 mod timed;
 mod touching;
 mod unlisted;

@@ -86,6 +86,7 @@ fn kinks_of_the_formulas_are_breakpoints() {
         ("bending", "curvature = '0.1*max(t - 0.25, x - x)'"),
         ("active-tension", "value = '0.1*step(t - 0.25)'"),
         ("load", "where = 'all'\nforce = { along-normal = 'max(t - 0.25, 0)' }"),
+        ("hold", "species = 'c'\nwhere = 'rim'\nvalue = '0.1*pos(t - 0.25)'"),
         ("growth", "fibre = [1, 0, 0]\nshear = '0.1*max(t - 0.25, 0)'"),
     ] {
         let spec: Box<dyn EffectSpec> = read(kind, table);

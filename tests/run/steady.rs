@@ -35,6 +35,12 @@ fn a_run_is_not_steady_before_its_loads_have_changed() {
         assert!((5.0..10.0).contains(&switched), "{policy}: {switched}");
         let grown = ends("[[effect]]\nkind = \"growth\"\nfactor = \"1 + 0.01*t\"", policy);
         assert_eq!(grown, 10.0, "{policy}");
+        let held = ends(
+            "[[effect]]\nkind = \"hold\"\nspecies = \"c\"\nwhere = \"rim\"\nvalue = \"1/(1 + exp(-20*(t - 5)))\"\n\
+             [kinetics]\nrates.c = \"0\"",
+            policy,
+        );
+        assert!((5.0..10.0).contains(&held), "{policy}: {held}");
     }
     let still = ends(&load("{ points = [[0, 1], [1, 1]] }"), "quasi-static");
     assert!(still < 5.0, "{still}");

@@ -6,8 +6,8 @@
 //! D ∂c/∂n = k (c_ref - c)        on its boundary edges               k: length/time, n outwards
 //! ```
 //!
-//! k ≥ 0 and c_ref are numbers or formulas of the rest position and time; c and c_ref are amounts per current area, also where
-//! the species is counted per rest area. Discretisation: see the file `inflow.rs`.
+//! k ≥ 0 and c_ref are numbers or formulas of the rest position, time and signals; c and c_ref are amounts per current area, also
+//! where the species is counted per rest area. Discretisation: see the files `inflow.rs` and `signal_factor.rs`.
 //!
 //! Reference: Carslaw & Jaeger, Conduction of Heat in Solids (1959), section 1.9.
 
@@ -17,10 +17,11 @@ use serde::{Deserialize, Serialize};
 
 use super::field::named;
 use super::inflow::{FluxPer, FluxSource, Inflow, InflowDensity};
-use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Needs, Region, timed_field};
+use super::timed_field::{self, TimedField};
+use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Needs, Region, TransportTerm};
 use crate::kinetics::Location;
 use crate::kinetics::breakpoints::TimeDependence;
-use crate::num::checked::NonNegative;
+use crate::num::checked::{Finite, NonNegative};
 use crate::sheet::Sheet;
 
 /// Parameters of an exchange in a scene.
@@ -63,11 +64,36 @@ impl EffectSpec for Exchange {
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let place = context.species("species", &self.species, "be exchanged")?;
         let at_vertices = Location::Vertex;
-        let rate = context.timed_field(&self.rate, at_vertices, "rate")?;
-        let reference = context.timed_field(&self.reference, at_vertices, "reference")?;
-        let density = InflowDensity::Exchange(rate, reference);
-        let through = FluxSource { region: &self.region, per: self.per, density };
-        Ok(Effect::transport(Inflow::new(("exchange", "rate"), context, place, through)?))
+        let of_rate = context.signal_factor(&self.rate, ("rate", true), place.1)?;
+        let of_reference = context.signal_factor(&self.reference, ("reference", false), place.1)?;
+        let rate = match &of_rate {
+            Some(_) => TimedField::UNIT,
+            None => context.timed_field(&self.rate, at_vertices, "rate")?,
+        };
+        let term = |key, density, factor| {
+            let through = FluxSource { region: &self.region, per: self.per, density };
+            let inflow = Inflow::new(("exchange", key), context, place, through)?;
+            Ok(TransportTerm::new(inflow).with_factor(factor))
+        };
+        if of_reference.is_none() {
+            let reference = context.timed_field(&self.reference, at_vertices, "reference")?;
+            let density = InflowDensity::Exchange(rate, reference);
+            return Ok(Effect::transport_term(term("rate", density, of_rate)?));
+        }
+        // -k c and k c_ref have different factors.
+        let supply = match (&self.rate, &self.reference, &of_rate) {
+            (Field::Formula(rate), Field::Formula(reference), Some(_)) => {
+                let product = Field::<Finite>::Formula(format!("({rate})*({reference})"));
+                context.signal_factor(&product, ("reference", false), place.1)?
+            }
+            _ => of_reference,
+        };
+        let loss = InflowDensity::Exchange(rate.clone(), TimedField::ZERO);
+        let transports = vec![
+            term("rate", loss, of_rate)?,
+            term("reference", InflowDensity::Flux(rate), supply)?,
+        ];
+        Ok(Effect { transports, ..Effect::default() })
     }
 
     fn time_dependence(&self, sheet: &Sheet, until: f64) -> TimeDependence {

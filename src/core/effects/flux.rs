@@ -5,8 +5,8 @@
 //! D ∂c/∂n = q                on its boundary edges               q: amount/(time length), n outwards
 //! ```
 //!
-//! q > 0 flows in. It is a number or a formula of the rest position and time, counts per current area or length, and adds
-//! `∫ q` to the total per unit of time. Discretisation: see the file `inflow.rs`.
+//! q > 0 flows in. It is a number or a formula of the rest position, time and signals, counts per current area or length, and adds
+//! `∫ q` to the total per unit of time. Discretisation: see the files `inflow.rs` and `signal_factor.rs`.
 //!
 //! Reference: natural boundary conditions of linear elements, e.g. Ern & Guermond, Theory and Practice of Finite
 //! Elements (2004), section 3.1.
@@ -17,7 +17,8 @@ use serde::{Deserialize, Serialize};
 
 use super::field::named;
 use super::inflow::{FluxPer, FluxSource, Inflow, InflowDensity};
-use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Needs, Region, timed_field};
+use super::timed_field::{self, TimedField};
+use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Needs, Region, TransportTerm};
 use crate::kinetics::Location;
 use crate::kinetics::breakpoints::TimeDependence;
 use crate::sheet::Sheet;
@@ -58,10 +59,15 @@ impl EffectSpec for Flux {
 
     fn build(&self, context: &EffectContext<'_>) -> Result<Effect, EffectError> {
         let place = context.species("species", &self.species, "flow in")?;
-        let value = context.timed_field(&self.value, Location::Vertex, "value")?;
+        let factor = context.signal_factor(&self.value, ("value", false), place.1)?;
+        let value = match factor {
+            Some(_) => TimedField::UNIT,
+            None => context.timed_field(&self.value, Location::Vertex, "value")?,
+        };
         let density = InflowDensity::Flux(value);
         let through = FluxSource { region: &self.region, per: self.per, density };
-        Ok(Effect::transport(Inflow::new(("flux", "value"), context, place, through)?))
+        let inflow = Inflow::new(("flux", "value"), context, place, through)?;
+        Ok(Effect::transport_term(TransportTerm::new(inflow).with_factor(factor)))
     }
 
     fn time_dependence(&self, sheet: &Sheet, until: f64) -> TimeDependence {

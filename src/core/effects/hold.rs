@@ -4,9 +4,9 @@
 //! c_p = g_p      at the vertices of the region, or the triangles whose corners all lie in it
 //! ```
 //!
-//! with g a number or a formula of the rest position. Exact at every time: the values are set at the start, and the rates
-//! of held points are `g - c`, which is 0. Under steady chemistry the same rows are the equations `c = g`. What
-//! diffusion carries across the held points is not in the total. g is per current
+//! with g a number or a formula of the rest position and time. Exact at every time: the values are set at the start and at the
+//! end of every step, and within it the rates of held points are `∂g/∂t + g - c`. Under steady chemistry the same rows are the
+//! equations `c = g`. What diffusion carries across the held points is not in the total. g is per current
 //! area, or per rest area with `measure = "amount"`.
 
 use std::path::Path;
@@ -16,8 +16,10 @@ use serde::{Deserialize, Serialize};
 use super::field::named;
 use super::{
     DirichletValues, Effect, EffectContext, EffectError, EffectSpec, Field, Needs, Region,
+    timed_field,
 };
 use crate::kinetics::Location;
+use crate::kinetics::breakpoints::TimeDependence;
 use crate::sheet::Sheet;
 
 /// Parameters of held values in a scene.
@@ -55,28 +57,37 @@ impl EffectSpec for DirichletSpec {
         let sheet = context.sheet;
         let (species, location) = context.species("species", &self.species, "be held")?;
         let chosen = self.region.choose(sheet, "hold")?;
-        let value = context.at_vertices(&self.value, "value")?;
-        let points = match location {
+        let value = context.timed_field(&self.value, Location::Vertex, "value")?;
+        if value.timed_formula().is_some_and(|formula| !formula.is_differentiable()) {
+            return Err(EffectError {
+                key: "value",
+                message: "the formula is too large to be differentiated by the time".into(),
+                help: Some("write it shorter".into()),
+            });
+        }
+        let held = match location {
             Location::Vertex => {
-                (0..value.len()).filter(|&i| chosen[i]).map(|i| (i, value[i])).collect()
+                let points = (0..sheet.vertex_count()).filter(|&v| chosen[v]);
+                let points: Vec<_> = points.map(|v| (v, [v])).collect();
+                DirichletValues::new(sheet, species, &points, &value)
             }
-            Location::Face | Location::Edge => held_triangles(sheet, &chosen, &value)?,
+            Location::Face | Location::Edge => {
+                DirichletValues::new(sheet, species, &held_triangles(sheet, &chosen)?, &value)
+            }
         };
-        self.check_range(context, species, location, &points)?;
-        Ok(Effect { held: vec![DirichletValues { species, points }], ..Effect::default() })
+        Ok(Effect { held: vec![held], ..Effect::default() })
+    }
+
+    fn time_dependence(&self, sheet: &Sheet, until: f64) -> TimeDependence {
+        timed_field::time_dependence([&self.value], sheet, until)
     }
 }
 
-/// The triangles whose corners are all chosen, with the means of their values.
-fn held_triangles(
-    sheet: &Sheet,
-    chosen: &[bool],
-    value: &[f64],
-) -> Result<Vec<(usize, f64)>, EffectError> {
-    let all = sheet.triangles().iter().enumerate();
-    let inside = all.filter(|(_, corners)| corners.iter().all(|v| chosen[*v as usize]));
-    let mean = |corners: &[u32; 3]| corners.iter().map(|v| value[*v as usize]).sum::<f64>() / 3.0;
-    let points: Vec<(usize, f64)> = inside.map(|(t, corners)| (t, mean(corners))).collect();
+/// The triangles whose corners are all chosen, with these.
+fn held_triangles(sheet: &Sheet, chosen: &[bool]) -> Result<Vec<(usize, [usize; 3])>, EffectError> {
+    let all = sheet.triangles().iter().map(|corners| corners.map(|v| v as usize)).enumerate();
+    let inside = all.filter(|(_, corners)| corners.iter().all(|v| chosen[*v]));
+    let points: Vec<(usize, [usize; 3])> = inside.collect();
     if !sheet.reduction().any(!points.is_empty()) {
         return Err(EffectError {
             key: "where",
@@ -87,30 +98,6 @@ fn held_triangles(
         });
     }
     Ok(points)
-}
-
-impl DirichletSpec {
-    /// Refuses values that the law is not valid for.
-    fn check_range(
-        &self,
-        context: &EffectContext<'_>,
-        species: usize,
-        location: Location,
-        points: &[(usize, f64)],
-    ) -> Result<(), EffectError> {
-        let Some((descriptor, _)) = context.kinetics else { return Ok(()) };
-        let range = &descriptor.species[species];
-        let wrong = |(_, value): &&(usize, f64)| !(*value >= range.lower && *value <= range.upper);
-        match points.iter().find(wrong) {
-            None => Ok(()),
-            Some((point, value)) => {
-                let (noun, lower, upper) = (location.noun(), range.lower, range.upper);
-                let message = format!("it holds {} at {value} at {noun} {point}", self.species);
-                let help = format!("this species is valid from {lower} to {upper}");
-                Err(EffectError { key: "value", message, help: Some(help) })
-            }
-        }
-    }
 }
 
 crate::register_kind!(dyn EffectSpec, "hold", DirichletSpec);

@@ -40,6 +40,7 @@ mod pressure;
 mod ramp;
 mod region;
 mod remodelling;
+mod signal_factor;
 mod spec;
 mod species_coefficient;
 mod stretching;
@@ -89,6 +90,7 @@ pub use pressure::{FollowerPressure, Pressure};
 pub use ramp::{Ramp, RampFactor};
 pub use region::Region;
 pub use remodelling::{LengthRemodelling, Remodelling};
+pub use signal_factor::{SignalFactor, SignalValues, TransportInputs};
 pub use spec::{Effect, EffectParts, EffectSpec, Needs, SceneSummary, kinds};
 pub use species_coefficient::WrongCoefficient;
 pub use stretching::{

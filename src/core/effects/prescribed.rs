@@ -1,7 +1,15 @@
 //! Fixed directions of vertices, prescribed positions and Dirichlet values of species.
 
-use super::ramp::RampFactor;
+use std::borrow::Cow;
+
+use super::field::vertex_places;
+use super::ramp::{MAX_SAMPLES, RampFactor};
+use super::timed_field::TimedField;
 use crate::Vec3;
+use crate::kinetics::breakpoints::TimeDependence;
+use crate::kinetics::formula::{FieldFormula, Places};
+use crate::num::real;
+use crate::sheet::Sheet;
 
 /// For every vertex the directions that are fixed.
 pub type Pins = Vec<[bool; 3]>;
@@ -63,25 +71,87 @@ impl PrescribedDisplacement {
     }
 }
 
-/// Points of one species with the values that they have at all times.
+/// Points of one species with the values that they have.
 #[derive(Debug, Clone)]
 pub struct DirichletValues {
-    pub(super) species: usize,
-    /// Ascending.
-    pub(super) points: Vec<(usize, f64)>,
+    species: usize,
+    /// Ascending, with the values at time 0.
+    points: Vec<(usize, f64)>,
+    /// Where the values change in time.
+    course: Option<ValueCourse>,
+}
+
+/// A formula of the time at points.
+#[derive(Debug, Clone)]
+struct ValueCourse {
+    formula: FieldFormula,
+    /// So many for every point, over which its value is the mean.
+    places: Vec<Vec3>,
+    distances: Vec<f64>,
+}
+
+impl ValueCourse {
+    fn places(&self) -> Places<'_> {
+        Places::with_distances(&self.places, &self.distances)
+    }
 }
 
 impl DirichletValues {
+    /// Of the species of this number at `points`, each with the vertices over which its value is the mean, as many for every point.
+    pub(super) fn new<const N: usize>(
+        sheet: &Sheet,
+        species: usize,
+        points: &[(usize, [usize; N])],
+        value: &TimedField,
+    ) -> Self {
+        let start = value.evaluate(sheet, 0.0);
+        let mean = |vertices: &[usize; N]| {
+            vertices.iter().map(|v| start.at(*v)).sum::<f64>() / real(N.max(1))
+        };
+        let course = value.timed_formula().map(|formula| {
+            let vertices: Vec<usize> = points.iter().flat_map(|(_, vertices)| *vertices).collect();
+            let (places, distances) =
+                vertex_places(sheet, formula.depends_on_distance()).at(&vertices);
+            ValueCourse { formula: formula.clone(), places, distances }
+        });
+        let points = points.iter().map(|(point, vertices)| (*point, mean(vertices))).collect();
+        Self { species, points, course }
+    }
+
     /// Number of the species in the kinetics' descriptor.
     #[must_use]
     pub fn species(&self) -> usize {
         self.species
     }
 
-    /// Numbers of points and their values.
+    /// Numbers of points and their values at time 0.
     #[must_use]
     pub fn points(&self) -> &[(usize, f64)] {
         &self.points
+    }
+
+    /// The points with their values at a time.
+    #[must_use]
+    pub fn values(&self, time: f64) -> Cow<'_, [(usize, f64)]> {
+        let Some(course) = &self.course else { return Cow::Borrowed(&self.points) };
+        Cow::Owned(self.means(&course.formula.evaluate(course.places(), time)))
+    }
+
+    /// The points with the derivatives of their values by the time; none where these do not change.
+    #[must_use]
+    pub fn slopes(&self, time: f64) -> Vec<(usize, f64)> {
+        let slopes = self.course.as_ref().and_then(|course| {
+            let slopes = course.formula.time_slopes(course.places(), time)?;
+            Some(self.means(&slopes))
+        });
+        slopes.unwrap_or_default()
+    }
+
+    /// The points with the means over their places.
+    fn means(&self, values: &[f64]) -> Vec<(usize, f64)> {
+        let each = (values.len() / self.points.len().max(1)).max(1);
+        let means = values.chunks(each).map(|values| values.iter().sum::<f64>() / real(each));
+        self.points.iter().map(|(point, _)| *point).zip(means).collect()
     }
 
     /// Whether it holds `species` at `point`.
@@ -91,13 +161,53 @@ impl DirichletValues {
         self.species == species && found().is_ok()
     }
 
-    /// A point that `other` holds at another value.
+    /// Times from 0 to `until` at which its values are near to any that they have.
+    fn samples(&self, until: f64) -> Vec<f64> {
+        let mut known = TimeDependence::default();
+        let Some(course) = &self.course else { return vec![0.0] };
+        course.formula.time_dependence(course.places(), until, &mut known);
+        let mut times = known.within_steps(until, MAX_SAMPLES);
+        times.extend(known.breakpoints);
+        times.extend([0.0, until]);
+        times
+    }
+
+    /// The largest |value| at a time up to `until`.
     #[must_use]
-    pub(crate) fn conflict(&self, other: &Self) -> Option<usize> {
-        let differs = |(point, value): &&(usize, f64)| {
-            let place = other.points.binary_search_by_key(point, |(point, _)| *point);
-            self.species == other.species && place.is_ok_and(|k| other.points[k].1 != *value)
-        };
-        self.points.iter().find(differs).map(|(point, _)| *point)
+    pub fn largest(&self, until: f64) -> f64 {
+        let of =
+            |time: f64| self.values(time).iter().fold(0.0, |most: f64, (_, v)| most.max(v.abs()));
+        self.samples(until).into_iter().map(of).fold(0.0, f64::max)
+    }
+
+    /// A point, its value and the time up to `until` at which this is not from `lower` to `upper`.
+    #[must_use]
+    pub(crate) fn out_of_range(
+        &self,
+        (lower, upper): (f64, f64),
+        until: f64,
+    ) -> Option<(usize, f64, f64)> {
+        let wrong = |(_, value): &&(usize, f64)| !(*value >= lower && *value <= upper);
+        self.samples(until).into_iter().find_map(|time| {
+            let values = self.values(time);
+            values.iter().find(wrong).map(|(point, value)| (*point, *value, time))
+        })
+    }
+
+    /// A point that `other` holds at another value at a time up to `until`.
+    #[must_use]
+    pub(crate) fn conflict(&self, other: &Self, until: f64) -> Option<usize> {
+        let shared = |point: usize| other.holds(self.species, point);
+        self.points.iter().find(|(point, _)| shared(*point))?;
+        let mut times = self.samples(until);
+        times.extend(other.samples(until));
+        times.into_iter().find_map(|time| {
+            let (own, others) = (self.values(time), other.values(time));
+            let differs = |(point, value): &&(usize, f64)| {
+                let place = others.binary_search_by_key(point, |(point, _)| *point);
+                place.is_ok_and(|k| others[k].1 != *value)
+            };
+            own.iter().find(differs).map(|(point, _)| *point)
+        })
     }
 }

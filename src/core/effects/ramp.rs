@@ -14,7 +14,7 @@ use crate::kinetics::formula::FieldFormula;
 use crate::num::checked::{Finite, LARGEST};
 
 /// Times at which two factors are compared at most.
-const MAX_SAMPLES: usize = 2048;
+pub(super) const MAX_SAMPLES: usize = 2048;
 
 /// A factor of time as a scene gives it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

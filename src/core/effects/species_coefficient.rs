@@ -1,4 +1,5 @@
-//! Transports whose coefficient reads species, by the linear one with the coefficient 1.
+//! Transports whose coefficient reads species, by the linear one with the coefficient 1, or whose factor reads signals
+//! (`signal_factor.rs`).
 //!
 //! ```text
 //! ∂c/∂t = … + ∇·(D(u) ∇b)         D a formula of the rest position and of species u, b the species that is followed
@@ -14,8 +15,10 @@
 //! ```
 
 use super::field::vertex_places;
+use super::signal_factor::{SignalFactor, SignalValues, TransportInputs};
 use super::{FieldValues, Operator, TransportTerm};
 use crate::Vec3;
+use crate::kinetics::Signal;
 use crate::kinetics::formula::SpeciesFormula;
 use crate::parallel;
 use crate::sheet::Sheet;
@@ -61,8 +64,7 @@ impl<'a> At<'a> {
 
     /// The first point where it is inadmissible.
     fn wrong(&self) -> Option<WrongCoefficient> {
-        let crosses = self.term.read_species() != self.term.species();
-        let right = |d: f64| d.is_finite() && (crosses || d >= 0.0);
+        let right = |d: f64| d.is_finite() && (!self.term.has_sign() || d >= 0.0);
         let point = self.d.iter().position(|d| !right(*d))?;
         Some(WrongCoefficient { point, value: self.d[point] })
     }
@@ -93,6 +95,38 @@ impl TransportTerm {
         Some(FieldValues::Each(each.map(|(t, corners)| factor.at(t) * mean(corners)).collect()))
     }
 
+    /// The same times a factor that reads signals.
+    #[must_use]
+    pub(super) fn with_factor(mut self, factor: Option<SignalFactor>) -> Self {
+        self.factor = factor;
+        self
+    }
+
+    /// The signals that its factor reads.
+    pub fn read_signals(&self) -> impl Iterator<Item = Signal> + '_ {
+        self.factor.iter().flat_map(SignalFactor::signals)
+    }
+
+    /// The factor at the points; `None` where there is none.
+    fn factors(&self, on: (&Sheet, f64), signals: SignalValues<'_>) -> Option<Vec<f64>> {
+        self.factor.as_ref().map(|factor| factor.evaluate(on, signals))
+    }
+
+    /// Whether its coefficient or factor must not be negative.
+    #[must_use]
+    pub fn has_sign(&self) -> bool {
+        match &self.factor {
+            Some(factor) => factor.is_nonnegative(),
+            None => self.read_species() == self.species(),
+        }
+    }
+
+    /// Whether its rate may have no value: its coefficient reads species, or its factor signals.
+    #[must_use]
+    pub(crate) fn may_fail(&self) -> bool {
+        self.factor.is_some() || !self.read_by_coefficient().is_empty()
+    }
+
     /// Numbers of the species that the coefficient reads.
     #[must_use]
     pub fn read_by_coefficient(&self) -> &[usize] {
@@ -102,14 +136,21 @@ impl TransportTerm {
     /// Adds the rate of change to `out`.
     ///
     /// # Errors
-    /// Where the coefficient is inadmissible.
+    /// Where the coefficient or the factor is inadmissible.
     pub fn add_rate_of(
         &self,
         (sheet, time): (&Sheet, f64),
         operator: &Operator,
-        species: &[&[f64]],
+        (species, signals): TransportInputs<'_>,
         out: &mut [f64],
     ) -> Result<(), WrongCoefficient> {
+        let on = (sheet, time);
+        if let Some(factor) = &self.factor {
+            let mut rate = vec![0.0; out.len()];
+            self.add_rate(on, operator, species[self.read_species()], &mut rate);
+            let added = factor.add_product(on, signals, &rate, out);
+            return added.map_err(|(point, value)| WrongCoefficient { point, value });
+        }
         let Some(formula) = &self.coefficient else {
             self.add_rate((sheet, time), operator, species[self.read_species()], out);
             return Ok(());
@@ -138,12 +179,15 @@ impl TransportTerm {
         &self,
         (sheet, time): (&Sheet, f64),
         operator: &Operator,
-        species: &[&[f64]],
+        (species, signals): TransportInputs<'_>,
         emit: &mut dyn FnMut(usize, usize, usize, f64),
     ) {
         let by = self.read_species();
         let Some(formula) = &self.coefficient else {
-            self.entries((sheet, time), operator, &mut |i, j, value| emit(i, by, j, value));
+            let factors = self.factors((sheet, time), signals);
+            self.entries((sheet, time), operator, &mut |i, j, value| {
+                emit(i, by, j, factors.as_ref().map_or(value, |factors| factors[i] * value));
+            });
             return;
         };
         let at = At::new(self, formula, sheet, species);
@@ -163,23 +207,41 @@ impl TransportTerm {
         });
     }
 
+    /// Hands the derivatives of the rate by signals at the same point to `emit` as (point, column among those of the signals given,
+    /// value).
+    pub fn derivatives_by_signals(
+        &self,
+        on: (&Sheet, f64),
+        operator: &Operator,
+        (species, signals): TransportInputs<'_>,
+        mut emit: impl FnMut(usize, usize, f64),
+    ) {
+        let Some(factor) = &self.factor else { return };
+        let followed = species[self.read_species()];
+        let mut rate = vec![0.0; followed.len()];
+        self.add_rate(on, operator, followed, &mut rate);
+        for (column, slopes) in factor.slopes(on, signals) {
+            let each = rate.iter().zip(slopes).enumerate().filter(|(_, (rate, _))| **rate != 0.0);
+            each.for_each(|(point, (rate, slope))| emit(point, column, rate * slope));
+        }
+    }
+
     /// Hands the derivatives of the rate by positions to `emit`, as [`Transport::shape_derivatives`](super::Transport::shape_derivatives).
     pub fn derivatives_by_positions(
         &self,
         (sheet, time): (&Sheet, f64),
         operator: &Operator,
         x: &[Vec3],
-        species: &[&[f64]],
+        (species, signals): TransportInputs<'_>,
         emit: &mut dyn FnMut(usize, usize, Vec3),
     ) {
         let Some(formula) = &self.coefficient else {
-            return self.shape_derivatives(
-                (sheet, time),
-                operator,
-                x,
-                species[self.read_species()],
-                emit,
-            );
+            let (on, followed) = ((sheet, time), species[self.read_species()]);
+            let factors = self.factors(on, signals);
+            self.shape_derivatives(on, operator, x, followed, &mut |i, v, by| {
+                emit(i, v, factors.as_ref().map_or(by, |factors| factors[i] * by));
+            });
+            return;
         };
         let at = At::new(self, formula, sheet, species);
         let followed = at.followed();
@@ -194,7 +256,8 @@ impl TransportTerm {
         });
     }
 
-    /// A bound on the row sums of the derivatives by the species that is followed and by those that the coefficient reads, 1/time: that of L times
+    /// A bound on the row sums of the derivatives by the species that is followed and by those that the coefficient reads, 1/time: with
+    /// a factor the largest row sum, else that of L times
     ///
     /// ```text
     /// max |D| + (max b - min b) Σ_u max |D'|
@@ -204,8 +267,15 @@ impl TransportTerm {
         &self,
         (sheet, time): (&Sheet, f64),
         operator: &Operator,
-        species: &[&[f64]],
+        (species, signals): TransportInputs<'_>,
     ) -> f64 {
+        if let Some(factors) = self.factors((sheet, time), signals) {
+            let mut sums = vec![0.0; factors.len()];
+            self.entries((sheet, time), operator, &mut |i, _, value| {
+                sums[i] += (factors[i] * value).abs();
+            });
+            return parallel::max(sums.len(), |i| sums[i]);
+        }
         let linear = self.spectral_bound((sheet, time), operator);
         let Some(formula) = &self.coefficient else { return linear };
         let at = At::new(self, formula, sheet, species);

@@ -29,6 +29,10 @@ pub(super) enum TimedField {
 }
 
 impl TimedField {
+    /// 0 and 1 everywhere.
+    pub(super) const ZERO: Self = Self::Given(FieldValues::Same(0.0));
+    pub(super) const UNIT: Self = Self::Given(FieldValues::Same(1.0));
+
     /// That of a formula at the vertices or triangles, of any value; `key` is to blame.
     ///
     /// # Errors
@@ -46,7 +50,15 @@ impl TimedField {
 
     /// Whether it changes in time.
     pub(super) fn depends_on_time(&self) -> bool {
-        matches!(self, Self::Formula(formula, _) if formula.depends_on_time())
+        self.timed_formula().is_some()
+    }
+
+    /// Its formula, if it changes in time.
+    pub(super) fn timed_formula(&self) -> Option<&FieldFormula> {
+        match self {
+            Self::Formula(formula, _) if formula.depends_on_time() => Some(formula),
+            _ => None,
+        }
     }
 
     /// Its values at a time.

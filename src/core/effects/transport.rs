@@ -3,6 +3,7 @@
 use std::any::Any;
 
 use super::FieldValues;
+use super::signal_factor::SignalFactor;
 use crate::Vec3;
 use crate::kinetics::formula::SpeciesFormula;
 use crate::sheet::Sheet;
@@ -92,6 +93,8 @@ pub struct TransportTerm {
     transport: Box<dyn AnyTransport>,
     /// A factor at the points that reads species (`species_coefficient.rs`).
     pub(super) coefficient: Option<SpeciesFormula>,
+    /// A factor at the points that reads signals (`signal_factor.rs`).
+    pub(super) factor: Option<SignalFactor>,
     /// Number of the effect that it is part of.
     pub(crate) effect: Option<usize>,
 }
@@ -106,7 +109,12 @@ impl TransportTerm {
     /// Holds `transport`.
     #[must_use]
     pub fn new(transport: impl Transport) -> Self {
-        Self { transport: Box::new(Boxed(transport)), coefficient: None, effect: None }
+        Self {
+            transport: Box::new(Boxed(transport)),
+            coefficient: None,
+            factor: None,
+            effect: None,
+        }
     }
 
     /// The key of its coefficient, as `effect[2].coefficient`.

@@ -3,6 +3,7 @@
 mod feedback;
 mod held;
 mod ill_posed;
+mod inputs;
 mod places;
 mod spectral_radius;
 mod surface;
@@ -16,7 +17,9 @@ use super::mechanics::numbered;
 use super::parameters::{ParameterFields, column};
 use super::signals::Signals;
 use super::unreliable_results::UnreliableResults;
-use crate::effects::{DirectedLengthFactor, DirichletValues, Measure, Operator, TransportTerm};
+use crate::effects::{
+    DirectedLengthFactor, DirichletValues, Measure, Operator, TransportInputs, TransportTerm,
+};
 use crate::kinetics::{
     Batch, Column, Descriptor, Feedback, Kinetics, KineticsError, Location, Outcome, Quantity,
     Signal, field,
@@ -319,7 +322,7 @@ impl Chemistry {
         signals: &SignalColumns,
         out: &mut [&mut [f64]],
     ) -> Result<(), KineticsError> {
-        let inputs = (species, &signals[..]);
+        let inputs = (species, self.of_law(signals));
         let outcome = self.evaluate(Quantity::Rates, self.location, inputs, out, &mut []);
         self.flagged.note(self.location, outcome)
     }
@@ -355,7 +358,7 @@ impl Chemistry {
         signals: &SignalColumns,
         visit: impl FnOnce(&dyn Kinetics, &Batch<'_>) -> R,
     ) -> R {
-        self.batch(self.location, species, signals, visit)
+        self.batch(self.location, species, self.of_law(signals), visit)
     }
 
     /// Partial derivatives of the reaction rates, column `s · inputs + j` for rate s by input j:
@@ -373,7 +376,7 @@ impl Chemistry {
         let mut rates = field::Columns::new(n, count);
         let mut partials = field::Columns::new(n * inputs, count);
         let (values, slopes) = (&mut rates.slices_mut(), &mut partials.slices_mut());
-        let inputs = (species, &signals[..]);
+        let inputs = (species, self.of_law(signals));
         let outcome = self.evaluate(Quantity::Rates, self.location, inputs, values, slopes);
         self.flagged.note(self.location, outcome)?;
         Ok(partials)
@@ -391,7 +394,7 @@ impl Chemistry {
         signals: &SignalColumns,
         out: &mut Vec<Vec<f64>>,
     ) -> Result<(), ModelError> {
-        let (sheet, _) = on;
+        let (sheet, time) = on;
         out.resize_with(species.len(), Vec::new);
         for (out, c) in out.iter_mut().zip(species) {
             out.clear();
@@ -403,15 +406,14 @@ impl Chemistry {
         ModelError::agreed(sheet.reduction(), reaction)?;
         for (k, (term, operator)) in self.transports.iter().zip(surface.operators()).enumerate() {
             let _scope = self.transport_scope(k, "rates");
-            let added = self.add_transport(on, (term, operator), &c, r[term.species()]);
-            match term.read_by_coefficient() {
-                [] => added?,
-                _ => ModelError::agreed(sheet.reduction(), added)?,
+            let inputs = (&c[..], self.signal_values(signals));
+            let added = self.add_transport(on, (term, operator), inputs, r[term.species()]);
+            match term.may_fail() {
+                false => added?,
+                true => ModelError::agreed(sheet.reduction(), added)?,
             }
         }
-        for (s, (c, rates)) in c.iter().zip(&mut r).enumerate() {
-            self.held.set_rates(s, c, rates);
-        }
+        self.held.set_rates(time, &c, &mut r);
         drop(r);
         sheet.reduction().update_ghost_columns(out);
         Ok(())
@@ -420,19 +422,18 @@ impl Chemistry {
     /// Adds the rate of one transport to `out`.
     ///
     /// # Errors
-    /// If its coefficient reads species and is inadmissible somewhere.
+    /// If its coefficient reads species, or its factor signals, and is inadmissible somewhere.
     pub fn add_transport(
         &self,
         on: (&Sheet, f64),
         (term, operator): (&TransportTerm, &Operator),
-        species: &[&[f64]],
+        inputs: TransportInputs<'_>,
         out: &mut [f64],
     ) -> Result<(), ModelError> {
-        let crosses = term.read_species() != term.species();
-        term.add_rate_of(on, operator, species, out).map_err(|wrong| ModelError::Coefficient {
+        term.add_rate_of(on, operator, inputs, out).map_err(|wrong| ModelError::Coefficient {
             key: term.coefficient_key(),
             effect: term.name(),
-            range: if crosses { "a finite number" } else { "a number ≥ 0" },
+            range: if term.has_sign() { "a number ≥ 0" } else { "a finite number" },
             species: self.descriptor().species[term.species()].name.clone(),
             location: self.location,
             point: wrong.point,

@@ -404,7 +404,11 @@ impl<'a> Evaluation<'a> {
             let fastest = reduction.max(rate.len(), |i| rate[i].abs());
             largest = largest.max(fastest / chemistry.typical(s));
         }
-        Ok(largest)
+        let mut held: f64 = 0.0;
+        chemistry.held().moving(self.state.time, |s, _, _, slope| {
+            held = held.max(slope.abs() / chemistry.typical(s));
+        });
+        Ok(largest.max(reduction.max(1, |_| held)))
     }
 
     /// Largest speed of a vertex under drag, in mean edges per unit of time; 0 where the shape has no storage.

@@ -255,10 +255,10 @@ impl Model {
         self.chemistry.as_ref().is_some_and(|chemistry| !chemistry.transports().is_empty())
     }
 
-    /// Sets the values of species that effects hold.
-    pub fn hold(&self, species: &mut [Vec<f64>]) {
+    /// Sets the values of species that effects hold at a time.
+    pub fn hold(&self, time: f64, species: &mut [Vec<f64>]) {
         if let Some(chemistry) = &self.chemistry {
-            chemistry.held().set(species);
+            chemistry.held().set(time, species);
         }
     }
 

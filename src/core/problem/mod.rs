@@ -320,7 +320,7 @@ impl<'a> Problem<'a> {
         };
         let model = Model::new(mechanics, chemistry, self.policy.storage(), self.built_drag()?);
         let model = model.with_growth(growth).with_internal_variables(internal);
-        model.hold(&mut state.species);
+        model.hold(state.time, &mut state.species);
         state.internal = model.initial_internal();
         Ok((model, state, area))
     }

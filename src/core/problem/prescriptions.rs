@@ -7,6 +7,8 @@
 
 use super::{ProblemError, ProblemPart};
 use crate::effects::{DirichletValues, Effect, Pins, PrescribedDisplacement, TransportTerm};
+use crate::kinetics::{Descriptor, Location, Species};
+use crate::num::Short;
 
 /// What earlier effects prescribe, by their numbers.
 #[derive(Default)]
@@ -18,12 +20,12 @@ pub(super) struct Prescriptions {
 }
 
 impl Prescriptions {
-    /// Adds those of effect `number`.
+    /// Adds those of effect `number`, of the species of `law`, until the time `until`.
     pub(super) fn add(
         &mut self,
         number: usize,
         effect: &Effect,
-        until: f64,
+        (law, until): (Option<(&Descriptor, Location)>, f64),
     ) -> Result<(), ProblemError> {
         let mut fixed = effect.pins.clone().unwrap_or_default();
         if !fixed.is_empty() {
@@ -33,8 +35,11 @@ impl Prescriptions {
         self.displaced.extend(effect.prescribed.iter().map(|new| (number, new.clone())));
         self.check_positions(number, until)?;
         for new in &effect.held {
+            if let Some(law) = law {
+                check_range(number, new, law, until)?;
+            }
             let conflict =
-                |(old, held): &(usize, DirichletValues)| Some((*old, new.conflict(held)?));
+                |(old, held): &(usize, DirichletValues)| Some((*old, new.conflict(held, until)?));
             if let Some((old, point)) = self.held.iter().find_map(conflict) {
                 let message =
                     format!("effect[{old}] holds the species at point {point} at another value");
@@ -111,4 +116,21 @@ impl Prescriptions {
         }
         Ok(())
     }
+}
+
+/// Refuses values of effect `number` that the law is not valid for at a time up to `until`.
+fn check_range(
+    number: usize,
+    held: &DirichletValues,
+    (law, location): (&Descriptor, Location),
+    until: f64,
+) -> Result<(), ProblemError> {
+    let Species { name, lower, upper, .. } = &law.species[held.species()];
+    let Some((point, value, time)) = held.out_of_range((*lower, *upper), until) else {
+        return Ok(());
+    };
+    let (noun, time) = (location.noun(), Short(time));
+    let message = format!("it holds {name} at {value} at {noun} {point} at time {time}");
+    let help = format!("this species is valid from {lower} to {upper}");
+    Err(ProblemError::new(ProblemPart::Effect(number, "value".into()), message, Some(&help)))
 }

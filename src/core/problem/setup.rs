@@ -211,7 +211,7 @@ impl Problem<'_> {
                 return Err(ProblemError::new(part, message, Some("leave out one of the two")));
             }
             self.check_effect_on_ranks(number, &effect)?;
-            prescriptions.add(number, &effect, self.until)?;
+            prescriptions.add(number, &effect, (context.kinetics, self.until))?;
             check_internal(number, &all.internal, &effect.internal)?;
             let crosses = effect.transports.iter().any(|t| {
                 t.read_species() != t.species()
@@ -285,7 +285,12 @@ impl Problem<'_> {
     ) -> Chemistry {
         let location = law.location();
         let wanted = law.kinetics.descriptor().signals.iter().map(|read| read.signal);
-        let wanted: Vec<Signal> = wanted.collect();
+        let mut wanted: Vec<Signal> = wanted.collect();
+        for signal in transports.iter().flat_map(TransportTerm::read_signals) {
+            if !wanted.contains(&signal) {
+                wanted.push(signal);
+            }
+        }
         let rest_area: Arc<[f64]> = match wanted.contains(&Signal::AreaRatio) {
             true => face_areas(&self.sheet, self.sheet.rest()).into(),
             false => Arc::default(),

@@ -160,6 +160,7 @@ impl Integrator for Euler {
             q.iter_mut().zip(rate).for_each(|(q, rate)| *q += step * rate);
         }
         coupled.layout().unpack(model.mechanics(), time, &y, &mut next);
+        model.hold(time, &mut next.species);
         next.step += 1;
         model.keep_in_range(&mut next.species, time, (RANGE_SLACK, RANGE_SLACK))?;
         workspace.project(&mut next)?;

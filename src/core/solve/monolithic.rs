@@ -240,6 +240,7 @@ impl Monolithic {
         let mut rejected = Rejected::default();
         let mut accept = |time: f64, y: &[f64]| {
             layout.unpack(model.mechanics(), time, y, &mut next);
+            model.hold(time, &mut next.species);
             let kept = model.keep_in_range(&mut next.species, time, tolerance);
             kept.map_err(|e| SolveError::from(e).into_failure())?;
             // No shorter step from the same values leads elsewhere.

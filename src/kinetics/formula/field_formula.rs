@@ -55,6 +55,16 @@ impl<'a> Places<'a> {
         (points, self.distances.iter().step_by(step).copied().collect())
     }
 
+    /// Those of these numbers.
+    #[must_use]
+    pub fn at(&self, numbers: &[usize]) -> (Vec<Vec3>, Vec<f64>) {
+        let distance = |k: &usize| self.distances.get(*k).copied();
+        (
+            numbers.iter().map(|k| self.points[*k]).collect(),
+            numbers.iter().filter_map(distance).collect(),
+        )
+    }
+
     /// How many there are.
     pub(super) fn len(&self) -> usize {
         self.points.len()
@@ -86,6 +96,8 @@ impl<'a> Places<'a> {
 #[derive(Debug, Clone)]
 pub struct FieldFormula {
     program: Program,
+    /// Its derivative by the time, where it reads that and is not too large.
+    slope: Option<Program>,
     kinks: Kinks,
     placed: bool,
     timed: bool,
@@ -137,7 +149,10 @@ impl FieldFormula {
         let [x, y, z, varying, distance] = read;
         let placed = x || y || z || distance;
         let kinks = Kinks::find(&mut graph, &[id], (TIME, !placed), |_| true);
-        Ok(Self { program: Program::new(&graph, &[id]), kinks, placed, timed: varying, distance })
+        let slope = varying.then(|| graph.slope(id, TIME).ok()).flatten();
+        let slope = slope.map(|slope| Program::new(&graph, &[slope]));
+        let program = Program::new(&graph, &[id]);
+        Ok(Self { program, slope, kinks, placed, timed: varying, distance })
     }
 
     /// Whether it reads the position.
@@ -158,6 +173,12 @@ impl FieldFormula {
         self.timed
     }
 
+    /// Whether it has derivatives by the time: it is not too large for them.
+    #[must_use]
+    pub fn is_differentiable(&self) -> bool {
+        !self.timed || self.slope.is_some()
+    }
+
     /// Adds the times from 0 to `until` at which it has a kink or a jump at some of `points`, and its course between
     /// these; whether they are all.
     pub fn time_dependence<'a>(
@@ -173,14 +194,23 @@ impl FieldFormula {
     /// Its values at all points.
     #[must_use]
     pub fn evaluate<'a>(&self, places: impl Into<Places<'a>>, time: f64) -> Vec<f64> {
-        let places = places.into();
-        let columns = places.columns();
-        let mut inputs: Vec<Column<'_>> = columns.iter().map(Into::into).collect();
-        inputs.extend([Column::uniform(&time), places.distances()]);
-        let mut values = vec![0.0; places.len()];
-        self.program.run(&inputs, places.len(), &mut [&mut values]);
-        values
+        run(&self.program, places.into(), time)
     }
+
+    /// Its derivatives by the time at all points, per unit of time; `None` if it does not read the time, or is too large.
+    #[must_use]
+    pub fn time_slopes<'a>(&self, places: impl Into<Places<'a>>, time: f64) -> Option<Vec<f64>> {
+        self.slope.as_ref().map(|slope| run(slope, places.into(), time))
+    }
+}
+
+fn run(program: &Program, places: Places<'_>, time: f64) -> Vec<f64> {
+    let columns = places.columns();
+    let mut inputs: Vec<Column<'_>> = columns.iter().map(Into::into).collect();
+    inputs.extend([Column::uniform(&time), places.distances()]);
+    let mut values = vec![0.0; places.len()];
+    program.run(&inputs, places.len(), &mut [&mut values]);
+    values
 }
 
 /// Adds what [`FieldFormula::time_dependence`] does, of a formula that reads other names as well: of its parts that read

@@ -22,6 +22,11 @@ const SHORT_NAMES: [(&str, &str); 9] = [
     ("z", "position_z"),
 ];
 
+/// The name of the column of a signal that `name` stands for, or `name` itself.
+pub(super) fn full_name(name: &str) -> &str {
+    SHORT_NAMES.iter().find(|(short, _)| *short == name).map_or(name, |(_, full)| full)
+}
+
 /// So many known names are listed where one is not known.
 const MAX_LISTED: usize = 100;
 
@@ -95,8 +100,7 @@ impl<'a> Names<'a> {
         if name == "pi" {
             return Ok(graph.constant(std::f64::consts::PI));
         }
-        let full =
-            SHORT_NAMES.iter().find(|(short, _)| *short == name).map_or(name, |(_, full)| full);
+        let full = full_name(name);
         if let Some(column) = self.columns.iter().position(|column| *column == full) {
             return Ok(graph.input(rumple_numerics::num::index(self.law.species.len() + column)));
         }

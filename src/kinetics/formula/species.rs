@@ -1,18 +1,19 @@
-//! Formulas of position, time and species: `f(x, y, z, t, c)` at given points, and `∂f/∂c`.
+//! Formulas of position, time and species, or signals in their place: `f(x, y, z, t, c)` at given points, and `∂f/∂c`.
 
 use super::field_formula::{DISTANCE, NAMES, Places, TIME, known_names};
 use super::graph::Graph;
+use super::names::full_name;
 use super::parse::{self, FormulaError};
 use super::program::Program;
-use crate::Column;
 use crate::error::nearest;
+use crate::{Column, Signal};
 use rumple_numerics::num::index;
 
 /// The number of the first species among its inputs, behind those of place and time.
 const FIRST_SPECIES: usize = NAMES.len();
 
-/// The names that a formula can read in place of one that it cannot.
-fn unknown(name: &str, timed: bool, species: &[&str]) -> String {
+/// The names that a formula can read in place of one that it cannot; beside position and time these, which are `what`.
+fn unknown(name: &str, timed: bool, (what, species): (&str, &[&str])) -> String {
     let known = known_names(timed, true).map(|known: &str| known);
     let near = nearest(name, known.chain(species.iter().copied()));
     let near = match near {
@@ -22,8 +23,8 @@ fn unknown(name: &str, timed: bool, species: &[&str]) -> String {
     };
     let time = if timed { ", t (time)" } else { "" };
     let species = match species.is_empty() {
-        true => "no species".to_owned(),
-        false => format!("the species {}", species.join(", ")),
+        true => format!("no {what}"),
+        false => format!("the {what} {}", species.join(", ")),
     };
     format!(
         "{near}There are x, y, z (rest position, length){time}, distance_to_boundary, pi and {species}"
@@ -46,6 +47,33 @@ impl SpeciesFormula {
     /// # Errors
     /// If the text is not a formula, or mentions anything else.
     pub fn new(text: &str, species: &[&str], timed: bool) -> Result<Self, FormulaError> {
+        let number = |name: &str| species.iter().position(|known| *known == name);
+        Self::parse_with(text, timed, number, ("species", species))
+    }
+
+    /// Reads it with signals in place of species, by the names that laws use, but for those that are not smooth or are position
+    /// and time: numbers of species are those of columns among those of all signals.
+    ///
+    /// # Errors
+    /// As for [`SpeciesFormula::new`].
+    pub fn of_signals(text: &str) -> Result<Self, FormulaError> {
+        let columns = || Signal::ALL.iter().flat_map(|s| s.columns().iter().map(move |c| (*s, *c)));
+        let readable = |signal: Signal| !matches!(signal, Signal::Time | Signal::ContactPressure);
+        let number = |name: &str| {
+            let name = full_name(name);
+            columns().position(|(signal, column)| column == name && readable(signal))
+        };
+        let names: Vec<&str> =
+            columns().filter(|(signal, _)| readable(*signal)).map(|(_, column)| column).collect();
+        Self::parse_with(text, true, number, ("signals", &names))
+    }
+
+    fn parse_with(
+        text: &str,
+        timed: bool,
+        number: impl Fn(&str) -> Option<usize>,
+        (what, names): (&str, &[&str]),
+    ) -> Result<Self, FormulaError> {
         let mut graph = Graph::with_budget(text.len());
         let tree = parse::parse(text)?;
         let (mut read, mut varying, mut distance) = (Vec::new(), false, false);
@@ -60,9 +88,8 @@ impl SpeciesFormula {
                 distance |= index(k) == DISTANCE;
                 return Ok(graph.input(index(k)));
             }
-            let known = |other: &&str| *other == name && hidden.is_none();
-            let Some(s) = species.iter().position(known) else {
-                return Err(unknown(name, timed, species));
+            let Some(s) = number(name).filter(|_| hidden.is_none()) else {
+                return Err(unknown(name, timed, (what, names)));
             };
             read.push(s);
             Ok(graph.input(index(FIRST_SPECIES + s)))

@@ -132,12 +132,14 @@ fn species_terms(text: &mut String, simulation: &mut Simulation, blame: &Failure
     let reacts = chemistry.reaction(&species, &signals, &mut out).is_ok();
     let mut terms: Vec<(usize, String, f64)> = Vec::new();
     let names = chemistry.transport_names().map(str::to_owned);
+    let values = chemistry.signal_values(&signals);
     for ((term, operator), name) in
         chemistry.transports().iter().zip(at.surface().operators()).zip(names)
     {
         let s = term.species();
         let mut rate = vec![0.0; species[s].len()];
-        let added = term.add_rate_of((model.sheet(), state.time), operator, &species, &mut rate);
+        let (on, read) = ((&**model.sheet(), state.time), (&species[..], values));
+        let added = term.add_rate_of(on, operator, read, &mut rate);
         let rate = rate.get(point).copied().filter(|_| added.is_ok());
         terms.push((s, name, rate.unwrap_or(f64::NAN)));
     }

@@ -13,6 +13,7 @@
 use smallvec::SmallVec;
 
 use super::{Chemistry, Few, ModelError, SignalColumns, Surface};
+use crate::effects::TransportInputs;
 use crate::sheet::Sheet;
 
 /// Row sums that exceed the largest rate of a species by itself so many times are bounded more closely, by four
@@ -49,17 +50,23 @@ impl Chemistry {
             norm => norm,
         };
         let reaction = largest(1, |_| sheet.reduction().max(count, bound));
-        let mut diffusion = [self.transport_bound(on, surface, species)];
+        let mut diffusion =
+            [self.transport_bound(on, surface, (species, self.signal_values(signals)))];
         sheet.reduction().max_over_ranks(&mut diffusion);
         Ok([reaction, diffusion[0]])
     }
 
     /// A bound on the spectral radius of all transports together, 1/time: the largest sum of those of one species.
     #[must_use]
-    pub fn transport_bound(&self, on: (&Sheet, f64), surface: &Surface, species: &[&[f64]]) -> f64 {
+    pub fn transport_bound(
+        &self,
+        on: (&Sheet, f64),
+        surface: &Surface,
+        inputs: TransportInputs<'_>,
+    ) -> f64 {
         let mut sums: Few<f64> = SmallVec::from_elem(0.0, self.descriptor().species.len());
         for (term, operator) in self.transports.iter().zip(surface.operators()) {
-            sums[term.species()] += term.bound(on, operator, species);
+            sums[term.species()] += term.bound(on, operator, inputs);
         }
         sums.into_iter().fold(0.0, f64::max)
     }

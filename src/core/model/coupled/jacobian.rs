@@ -102,7 +102,7 @@ fn parts_of_rows<'a>(
         }) as Box<Contribution<'a>>
     }));
     if let Some((chemistry, partials)) = &at.chemistry {
-        let (layout, inputs) = (at.layout, (chemistry.descriptor().inputs(), chemistry.held()));
+        let (layout, inputs) = (at.layout, (chemistry.inputs(), chemistry.held()));
         parts.extend(in_parts(layout.points()).map(|points| {
             Box::new(move |entries: &mut Entries<'_>| {
                 reactions(layout, partials, inputs, points.clone(), entries);
@@ -144,7 +144,7 @@ impl Jacobian {
         let parts: Vec<&Contribution<'_>> = parts.iter().map(|part| &**part).collect();
         let others = |entries: &mut Entries<'_>| {
             if let Some((chemistry, partials)) = at.chemistry.as_ref().filter(|_| !apart) {
-                let inputs = (chemistry.descriptor().inputs(), chemistry.held());
+                let inputs = (chemistry.inputs(), chemistry.held());
                 reactions(layout, partials, inputs, 0..layout.points(), entries);
             }
             others(potential.as_deref(), model, &at, entries);
@@ -246,24 +246,20 @@ fn others(
 ) {
     let layout = at.layout;
     let Some((chemistry, partials)) = &at.chemistry else { return };
-    let (inputs, held) = (chemistry.descriptor().inputs(), chemistry.held());
+    let (inputs, held) = (chemistry.inputs(), chemistry.held());
     let sheet = model.sheet();
     let species: Vec<&[f64]> = at.state.species.iter().map(Vec::as_slice).collect();
+    let read = (&species[..], chemistry.signal_values(at.signals));
     let transports = chemistry.transports().iter().zip(at.surface.operators());
     for (k, (transport, operator)) in transports.enumerate() {
         let s = transport.species();
         let scope = chemistry.transport_scope(k, "matrix");
-        transport.derivatives(
-            (sheet, at.state.time),
-            operator,
-            &species,
-            &mut |i, by, j, value| {
-                if held.holds(s, i) {
-                    return;
-                }
-                entries.add(layout.concentration(s, i), layout.concentration(by, j), value);
-            },
-        );
+        transport.derivatives((sheet, at.state.time), operator, read, &mut |i, by, j, value| {
+            if held.holds(s, i) {
+                return;
+            }
+            entries.add(layout.concentration(s, i), layout.concentration(by, j), value);
+        });
         drop(scope);
         if layout.mechanical() > 0 {
             let _scope = chemistry.transport_scope(k, "derivatives by positions");
@@ -272,7 +268,7 @@ fn others(
                 (sheet, at.state.time),
                 operator,
                 x,
-                &species,
+                read,
                 &mut |i, vertex, by| {
                     if !held.holds(s, i) {
                         add_vector(layout, entries, layout.concentration(s, i), vertex, by);

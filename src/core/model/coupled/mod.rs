@@ -40,6 +40,8 @@ pub struct Coupled {
     rates: Vec<Vec<f64>>,
     jacobian: Jacobian,
     course: Option<LinearInTime>,
+    /// Whether time passes: held values then have rates.
+    in_time: bool,
 }
 
 impl Coupled {
@@ -54,7 +56,13 @@ impl Coupled {
     /// state.
     #[must_use]
     pub fn at_rest(model: &Arc<Model>) -> Self {
-        Self::laid_out(model, Subsystem::Whole, true)
+        Self::laid_out(model, Subsystem::Whole, true).at_fixed_time()
+    }
+
+    /// The same where time does not pass: what is solved for a steady state at a time.
+    #[must_use]
+    pub(crate) fn at_fixed_time(self) -> Self {
+        Self { in_time: false, ..self }
     }
 
     /// The unknowns of `part`; rigid motions are fixed where the shape is `still`.
@@ -78,6 +86,7 @@ impl Coupled {
             rates: Vec::new(),
             jacobian: Jacobian::default(),
             course: None,
+            in_time: weight > 0.0,
         }
     }
 
@@ -183,17 +192,27 @@ impl Coupled {
         if let (Some(signals), Some(chemistry)) = (&given, model.chemistry()) {
             chemistry.rates((model.sheet(), time), at.surface(), &state.species, signals, rates)?;
             layout.pack_species(rates, out);
-            return Ok(());
+        } else {
+            if layout.mechanical() > 0 {
+                gradient.resize(state.x.len(), Vec3::zeros());
+                at.potential()?.gradient_within(&state.x, gradient);
+                layout.pack_forces(gradient, out);
+            }
+            if layout.species() > 0 {
+                layout.pack_species(at.rates()?, out);
+            }
         }
-        if layout.mechanical() > 0 {
-            gradient.resize(state.x.len(), Vec3::zeros());
-            at.potential()?.gradient_within(&state.x, gradient);
-            layout.pack_forces(gradient, out);
-        }
-        if layout.species() > 0 {
-            layout.pack_species(at.rates()?, out);
-        }
+        self.follow_held(time, y, out);
         Ok(())
+    }
+
+    /// Lets unknowns that are held follow values g that change in time: F becomes `w_c ∂g/∂t + g - c`.
+    fn follow_held(&self, time: f64, y: &[f64], out: &mut [f64]) {
+        let Some(chemistry) = self.model.chemistry().filter(|_| self.in_time) else { return };
+        chemistry.held().moving(time, |s, point, value, slope| {
+            let place = self.layout.concentration(s, point);
+            out[place] = self.mass.1 * slope + value - y[place];
+        });
     }
 
     /// Explains `error` by species far outside their valid range, with their places.

@@ -232,6 +232,7 @@ impl ChemistrySteps {
         }
         let mut next = state.clone();
         coupled.layout().unpack(model.mechanics(), until, &y, &mut next);
+        model.hold(until, &mut next.species);
         Ok(next.species)
     }
 

@@ -67,7 +67,10 @@ impl SteadyChemistry {
     ) -> Result<()> {
         let Workspace { model, control, .. } = workspace;
         let _scope = counters::part(model.tally(), counters::SETTLING);
-        let coupled = self.alone.get_or_insert_with(|| Coupled::new(model, Subsystem::Chemistry));
+        model.hold(state.time, &mut state.species);
+        let coupled = self
+            .alone
+            .get_or_insert_with(|| Coupled::new(model, Subsystem::Chemistry).at_fixed_time());
         coupled.start(state);
         let n = coupled.layout().unknowns();
         let tolerance = coupled.tolerances(atol);

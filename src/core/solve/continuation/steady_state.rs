@@ -369,7 +369,7 @@ pub fn imbalance(
     at: &mut Unknowns,
 ) -> Result<(Unknowns, f64, f64), SolveError> {
     model.mechanics().set_prescribed(time, &mut at.x);
-    model.hold(&mut at.species);
+    model.hold(time, &mut at.species);
     let state = state(model, time, at);
     let mut memory = EvaluationBuffers::default();
     let mut evaluation = model.at(&state, &mut memory);

@@ -88,7 +88,9 @@ pub fn explicit_limit(workspace: &mut Workspace, state: &State) -> Result<Option
     let Some(chemistry) = model.chemistry() else { return Ok(None) };
     let mut at = workspace.at(state);
     let species: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
-    let bound = chemistry.transport_bound((model.sheet(), state.time), at.surface(), &species);
+    let signals = at.signals()?.clone();
+    let inputs = (&species[..], chemistry.signal_values(&signals));
+    let bound = chemistry.transport_bound((model.sheet(), state.time), at.surface(), inputs);
     Ok((bound > 0.0).then(|| 2.0 / bound))
 }
 

@@ -84,7 +84,7 @@ pub(super) fn residual_by_intermediates(
         potential.mixed_derivatives(&at.state.x, ParameterField::OptimalLength, &mut add);
     }
     let Some((chemistry, partials)) = &at.chemistry else { return };
-    let (inputs, held) = (chemistry.descriptor().inputs(), chemistry.held());
+    let (inputs, held) = (chemistry.inputs(), chemistry.held());
     let mut sink = BySignals { layout, partials, inputs, held, entries, lengths: true };
     chemistry.signals().derivatives(&potential.shape(&at.state.x), &mut sink);
 }
@@ -146,6 +146,7 @@ pub(super) struct JacobianInputs<'a> {
     pub(super) layout: &'a Layout,
     pub(super) state: &'a State,
     pub(super) surface: &'a Surface,
+    pub(super) signals: &'a SignalColumns,
     pub(super) hessian: Option<&'a BlockMatrix>,
     /// The laws, where species are unknowns, with ∂R/∂(species, signals).
     pub(super) chemistry: Option<(&'a Chemistry, Columns)>,
@@ -162,13 +163,14 @@ impl<'a> JacobianInputs<'a> {
     pub(super) fn new(
         model: &'a Model,
         (layout, state): (&'a Layout, &'a State),
-        (surface, signals): (&'a Surface, &SignalColumns),
+        (surface, signals): (&'a Surface, &'a SignalColumns),
         feels_lengths: impl FnOnce(&Chemistry) -> bool,
     ) -> Result<Self, ModelError> {
         let mut at = Self {
             layout,
             state,
             surface,
+            signals,
             hessian: None,
             chemistry: None,
             factor_slopes: None,
@@ -179,7 +181,8 @@ impl<'a> JacobianInputs<'a> {
             return Ok(at);
         };
         let c: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
-        at.chemistry = Some((chemistry, chemistry.reaction_partials(&c, signals)?));
+        let on = (&**model.sheet(), state.time);
+        at.chemistry = Some((chemistry, chemistry.partials(on, surface, &c, signals)?));
         if feels_lengths(chemistry) {
             at.factor_slopes = factor_slopes(model, chemistry, surface, state)?;
         }
