@@ -68,7 +68,7 @@ pub use energy::{
     Contact, Coupling, Energy, EnergyTerm, ForceScales, HessianPart, Interaction, ParameterField,
     RankOneTerm, Reads, SeparatedStart, Touching,
 };
-pub use error::EffectError;
+pub use error::{EffectError, WrongCoefficient};
 pub use exchange::Exchange;
 pub use fibre::Fibre;
 pub use field::{Field, FieldValues, ReadSurface, RegionValue, formula_on, formula_values};
@@ -90,7 +90,6 @@ pub use ramp::{Ramp, RampFactor};
 pub use region::Region;
 pub use remodelling::{LengthRemodelling, Remodelling};
 pub use spec::{Effect, EffectParts, EffectSpec, Needs, SceneSummary, kinds};
-pub use species_coefficient::WrongCoefficient;
 pub use stretching::{
     BondStretching, Stretching, StretchingModel, StretchingModulus, StretchingWeight,
     StvkStretching,

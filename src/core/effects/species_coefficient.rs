@@ -14,20 +14,11 @@
 //! ```
 
 use super::field::vertex_places;
-use super::{FieldValues, Operator, TransportTerm};
+use super::{FieldValues, Operator, TransportTerm, WrongCoefficient};
 use crate::Vec3;
 use crate::kinetics::formula::SpeciesFormula;
 use crate::parallel;
 use crate::sheet::Sheet;
-
-/// An inadmissible coefficient: not finite or, of a species by itself, negative.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WrongCoefficient {
-    /// Number of the point.
-    pub point: usize,
-    /// The coefficient there.
-    pub value: f64,
-}
 
 /// D at the points, without the species.
 struct At<'a> {
@@ -102,7 +93,7 @@ impl TransportTerm {
     /// Adds the rate of change to `out`.
     ///
     /// # Errors
-    /// Where the coefficient is inadmissible.
+    /// Where the coefficient or a rate in time is inadmissible.
     pub fn add_rate_of(
         &self,
         (sheet, time): (&Sheet, f64),
@@ -111,6 +102,9 @@ impl TransportTerm {
         out: &mut [f64],
     ) -> Result<(), WrongCoefficient> {
         let Some(formula) = &self.coefficient else {
+            if let Some(wrong) = self.inadmissible((sheet, time)) {
+                return Err(wrong);
+            }
             self.add_rate((sheet, time), operator, species[self.read_species()], out);
             return Ok(());
         };

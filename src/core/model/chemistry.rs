@@ -16,7 +16,9 @@ use super::mechanics::numbered;
 use super::parameters::{ParameterFields, column};
 use super::signals::Signals;
 use super::unreliable_results::UnreliableResults;
-use crate::effects::{DirectedLengthFactor, DirichletValues, Measure, Operator, TransportTerm};
+use crate::effects::{
+    DirectedLengthFactor, DirichletValues, Measure, Operator, TransportTerm, WrongCoefficient,
+};
 use crate::kinetics::{
     Batch, Column, Descriptor, Feedback, Kinetics, KineticsError, Location, Outcome, Quantity,
     Signal, field,
@@ -405,7 +407,7 @@ impl Chemistry {
             let _scope = self.transport_scope(k, "rates");
             let added = self.add_transport(on, (term, operator), &c, r[term.species()]);
             match term.read_by_coefficient() {
-                [] => added?,
+                [] if !term.has_sources() => added?,
                 _ => ModelError::agreed(sheet.reduction(), added)?,
             }
         }
@@ -420,7 +422,7 @@ impl Chemistry {
     /// Adds the rate of one transport to `out`.
     ///
     /// # Errors
-    /// If its coefficient reads species and is inadmissible somewhere.
+    /// If its coefficient reads species, or its rate the time, and is inadmissible somewhere.
     pub fn add_transport(
         &self,
         on: (&Sheet, f64),
@@ -429,14 +431,16 @@ impl Chemistry {
         out: &mut [f64],
     ) -> Result<(), ModelError> {
         let crosses = term.read_species() != term.species();
-        term.add_rate_of(on, operator, species, out).map_err(|wrong| ModelError::Coefficient {
-            key: term.coefficient_key(),
-            effect: term.name(),
-            range: if crosses { "a finite number" } else { "a number ≥ 0" },
-            species: self.descriptor().species[term.species()].name.clone(),
-            location: self.location,
-            point: wrong.point,
-            value: wrong.value,
+        let range = if crosses { "a finite number" } else { "a number ≥ 0" };
+        term.add_rate_of(on, operator, species, out).map_err(|WrongCoefficient { point, value }| {
+            let (key, effect, location) = (term.coefficient_key(), term.name(), self.location);
+            let (species, time) = (self.descriptor().species[term.species()].name.clone(), on.1);
+            match term.has_sources() {
+                true => ModelError::Rate { key, effect, species, location, point, value, time },
+                false => {
+                    ModelError::Coefficient { key, effect, range, species, location, point, value }
+                }
+            }
         })
     }
 
