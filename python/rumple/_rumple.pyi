@@ -288,7 +288,10 @@ class Simulation:
         """Positions of the vertices in the reference configuration, n × 3."""
     @property
     def triangles(self) -> NDArray[int64]:
-        """Vertices of the triangles, m × 3."""
+        """Vertices of the triangles, m × 3; those across the end of a period have vertices on either side of it."""
+    @property
+    def periods(self) -> NDArray[float64]:
+        """Translations by which a periodic sheet repeats itself, one a row; none of other sheets."""
     @property
     def species(self) -> Species:
         """The species, by name."""

@@ -15,6 +15,7 @@ from typing import Any
 import numpy
 from numpy.typing import NDArray
 
+from . import _html
 from ._rumple import Error, draw, read_surface, report
 
 __all__ = ["Frame", "Frames", "Results", "read"]
@@ -40,6 +41,12 @@ class Results:
         if self._ledger is None:
             self._ledger = _ledger(self.directory / "ledger.csv")
         return self._ledger
+
+    @property
+    def vertices(self) -> int:
+        """Vertices of the sheet. Frames of a periodic sheet have these first, and then images of some of them."""
+        path = self.directory / "provenance.json"
+        return int(json.loads(path.read_text(encoding="utf-8"))["mesh"]["vertices"])
 
     @property
     def status(self) -> dict[str, Any]:
@@ -89,10 +96,11 @@ class Results:
 
         return series(self.frames)
 
-    def show(self, height: int = 600) -> Any:
+    def show(self, height: int | None = None) -> Any:
         """Shows the viewer of the results, the file `report.html`: within a notebook, or else in a browser.
 
-        It is written if it is not there yet.
+        It is written if it is not there yet. In a notebook it is as wide as the cell, and `height` pixels high, by default four
+        fifths of the window.
         """
         path = self.directory / "report.html"
         if not path.is_file():
@@ -105,7 +113,8 @@ class Results:
         from IPython.display import HTML
 
         page = html.escape(path.read_text(encoding="utf-8"), quote=True)
-        frame = f'<iframe srcdoc="{page}" width="100%" height="{height}" frameborder="0"></iframe>'
+        size = "80vh" if height is None else f"{height}px"
+        frame = f'<iframe srcdoc="{page}" style="width: 100%; height: {size}; border: 0"></iframe>'
         return HTML(f"<div>{frame}</div>")
 
     def picture(
@@ -114,7 +123,7 @@ class Results:
         """Draws the frame nearest to `time`, or the last one, into a PNG file, as `rumple picture` does.
 
         `drawing`: `field`, `range` ("all", "frame" or a pair), `map`, `view` (a name, or azimuth and elevation in
-        degrees), `zoom`, `size` (width and height), `title`, `edges`, `light`. In a notebook the picture is shown. Needs
+        degrees), `zoom`, `size` (width and height at 96 pixels an inch), `dpi`, `title`, `edges`, `light`. In a notebook the picture is shown. Needs
         Chromium or Chrome. Raises `Error`.
         """
         draw((self.directory, Path(path), force), json.dumps(drawing), time, None)
@@ -135,8 +144,7 @@ class Results:
         about = [("status", f"{status.get('status', 'unknown')}: {status.get('reason', '')}"), ("frames", len(self.frames))]
         about += [(name, status[name]) for name in ("time", "cpu_seconds", "peak_resident_bytes") if name in status]
         about += [("note", note) for note in status.get("notes", [])]
-        rows = "".join(f"<tr><th>{name}</th><td>{html.escape(str(value))}</td></tr>" for name, value in about)
-        return f"<table><caption>{html.escape(str(self.directory))}</caption>{rows}</table>"
+        return _html.table(self.directory, about)
 
     def __repr__(self) -> str:
         return f"<rumple.Results {self.directory}, {len(self.frames)} frames>"
@@ -181,6 +189,9 @@ class Frame:
         from ._pyvista import mesh
 
         return mesh(self.points, self.triangles, self.fields, self.cell_fields)
+
+    def _repr_html_(self) -> str:
+        return _html.frame(self)
 
     def __repr__(self) -> str:
         return f"<rumple.Frame {self.path.name} at time {self.time}>"

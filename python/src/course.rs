@@ -98,12 +98,17 @@ impl Course {
 
     /// All fields of a frame of the state: on vertices and on triangles.
     pub(crate) fn fields(&mut self) -> rumple::Result<[Vec<OwnedField>; 2]> {
+        let counts = self.engine.sheet().counts_of_whole();
         let frame = self.engine.frame()?;
-        let owned = |fields: Vec<rumple::output::Field<'_>>| {
-            let own = |f: rumple::output::Field<'_>| (f.name, f.components, f.data.into_owned());
+        let owned = |fields: Vec<rumple::output::Field<'_>>, count: usize| {
+            let own = |f: rumple::output::Field<'_>| {
+                let mut data = f.data.into_owned();
+                data.truncate(count * f.components);
+                (f.name, f.components, data)
+            };
             fields.into_iter().map(own).collect()
         };
-        Ok([owned(frame.point), owned(frame.cell)])
+        Ok([owned(frame.point, counts[0]), owned(frame.cell, counts[1])])
     }
 }
 

@@ -44,7 +44,8 @@ impl State {
         let species = PyDict::new(py);
         let names = model.chemistry().map(|c| c.descriptor().species.as_slice());
         for (about, values) in names.unwrap_or_default().iter().zip(&state.species) {
-            species.set_item(&about.name, convert::column(py, values))?;
+            let own = inspect::own(model.sheet(), values);
+            species.set_item(&about.name, convert::column(py, own))?;
         }
         let by_name = PyDict::new(py);
         for (name, energy) in model.mechanics().names().zip(energies) {
@@ -53,7 +54,7 @@ impl State {
         Ok(Self {
             time: state.time,
             steps: state.step,
-            positions: convert::vectors(py, &state.x)?.unbind(),
+            positions: convert::vectors(py, inspect::own(model.sheet(), &state.x))?.unbind(),
             species: species.unbind(),
             energies: by_name.unbind(),
         })

@@ -142,25 +142,37 @@ impl Simulation {
     /// Positions of the vertices, n × 3; a read-only copy.
     #[getter]
     fn positions<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        convert::vectors(py, &self.course().engine.state().x)
+        let engine = &self.course().engine;
+        convert::vectors(py, inspect::own(engine.sheet(), &engine.state().x))
     }
 
     #[setter]
     fn set_positions(&mut self, py: Python<'_>, positions: &Bound<'_, PyAny>) -> PyResult<()> {
-        let points = convert::points(positions, self.course().engine.state().x.len())?;
+        let [vertices, _] = self.course().engine.sheet().counts_of_whole();
+        let points = convert::points(positions, vertices)?;
         self.with(py, |course| course.take(&Surface { points, ..course.surface() }))
     }
 
     /// Positions of the vertices in the reference configuration, n × 3.
     #[getter]
     fn rest_positions<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        convert::vectors(py, self.course().engine.sheet().rest())
+        let sheet = self.course().engine.sheet();
+        convert::vectors(py, inspect::own(sheet, sheet.rest()))
     }
 
-    /// Vertices of the triangles, m × 3.
+    /// Vertices of the triangles, m × 3; those across the end of a period have vertices on either side of it.
     #[getter]
     fn triangles<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i64>>> {
-        convert::triangles(py, self.course().engine.sheet().triangles())
+        let sheet = self.course().engine.sheet();
+        let own = inspect::own(sheet, sheet.triangles()).iter();
+        let triangles: Vec<_> = own.map(|t| t.map(|v| sheet.number(v as usize))).collect();
+        convert::triangles(py, &triangles)
+    }
+
+    /// Translations by which a periodic sheet repeats itself, one a row; none of other sheets.
+    #[getter]
+    fn periods<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        convert::vectors(py, self.course().engine.sheet().reduction().periods())
     }
 
     /// The species, by name.
@@ -268,7 +280,8 @@ impl Simulation {
     fn volume(&mut self) -> Option<f64> {
         let engine = &self.course().engine;
         let (sheet, x) = (engine.sheet(), &engine.state().x);
-        let closed = !sheet.triangles().is_empty() && !sheet.boundary().contains(&true);
+        let bounded = sheet.boundary().contains(&true) || !sheet.reduction().periods().is_empty();
+        let closed = !sheet.triangles().is_empty() && !bounded;
         closed.then(|| geometry::volume(sheet, x, x[0]))
     }
 
@@ -277,9 +290,14 @@ impl Simulation {
         slf.py().import("rumple._pyvista")?.call_method1("mesh_of", (slf,))
     }
 
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("rumple._html")?.call_method1("simulation", (slf,))
+    }
+
     fn __repr__(&mut self) -> String {
-        let state = self.course().engine.state();
-        let (time, step, vertices) = (state.time, state.step, state.x.len());
+        let engine = &self.course().engine;
+        let ([vertices, _], state) = (engine.sheet().counts_of_whole(), engine.state());
+        let (time, step) = (state.time, state.step);
         format!("<rumple.Simulation at time {time}, step {step}, {vertices} vertices>")
     }
 }

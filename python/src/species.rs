@@ -3,6 +3,7 @@
 use numpy::PyArray1;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
+use rumple::run::inspect;
 use rumple::sheet::Array;
 
 use crate::convert;
@@ -34,13 +35,14 @@ impl Species {
         let mut simulation = self.of.try_borrow_mut(py)?;
         let course = simulation.course();
         let values = &course.engine.state().species[index(course, name)?];
-        Ok(convert::column(py, values))
+        Ok(convert::column(py, inspect::own(course.engine.sheet(), values)))
     }
 
     fn __setitem__(&self, py: Python<'_>, name: &str, values: &Bound<'_, PyAny>) -> PyResult<()> {
         let mut simulation = self.of.try_borrow_mut(py)?;
         let course = simulation.course();
-        let count = course.engine.state().species[index(course, name)?].len();
+        let values_now = &course.engine.state().species[index(course, name)?];
+        let count = inspect::own(course.engine.sheet(), values_now).len();
         let values = convert::values(values, name, count)?;
         simulation.with(py, |course| {
             let mut surface = course.surface();

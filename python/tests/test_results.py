@@ -77,6 +77,12 @@ def test_results_and_scenes_in_a_notebook(program, tmp_path):
     text = rumple.read(tmp_path / "out")._repr_html_()
     assert "complete: the end time is reached" in text and "<th>frames</th><td>5</td>" in text
     assert "until = 1.0" in rumple.load(DOME)._repr_html_()
+    frame = rumple.read(tmp_path / "out").frames[-1]
+    c = frame.field("c")
+    assert f"<tr><th>c</th><td>{c.min():.4g} to {c.max():.4g}, mean {c.mean():.4g}</td></tr>" in frame._repr_html_()
+    sim = rumple.Simulation(DOME)
+    text = sim._repr_html_()
+    assert f"<th>vertices</th><td>{len(sim.positions)}</td>" in text and "<th>energy of bending</th>" in text
 
 
 def test_pictures_and_movies(program, tmp_path):

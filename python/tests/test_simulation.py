@@ -40,6 +40,49 @@ def test_steps_lead_to_the_end(sim):
     assert sim.step() is None
 
 
+def test_arrays_of_a_periodic_sheet_are_those_of_one_period(tmp_path):
+    for periodic in ["x", "xy"]:
+        scene = rumple.scene(
+            sheet={"shape": "rectangle", "width": 12.0, "height": 7.0, "vertices": 300, "periodic": periodic},
+            kinetics={"rates": {"c": "-c"}, "initial": {"c": {"formula": "1 + cos(2*pi*x/12)"}}},
+            effect=[{"kind": "diffusion", "species": "c", "coefficient": 0.5}],
+            time={"until": 0.1},
+            output={"every": 0.1, "fields": ["c", "vertex_area"]},
+        )
+        sim = rumple.Simulation(scene)
+        n, c, area = len(sim.positions), sim.species["c"], sim.field("vertex_area")
+        assert f"{n} vertices" in repr(sim) and sim.triangles.max() == n - 1
+        assert len(sim.rest_positions) == len(c) == len(area) == n
+        assert len(sim.periods) == len(periodic) and sim.volume is None
+        assert area.sum() == pytest.approx(84.0) and sim.area == pytest.approx(84.0)
+        assert (area * c).sum() / area.sum() == pytest.approx(1.0, abs=1e-2)
+        assert len(sim.inspect()["mean_curvature"]) == n
+        # What is set for a vertex holds at its images: the total of the ledger is that of the values.
+        sim.species["c"] = 2.0 * c
+        sim.positions = sim.positions + [0.0, 0.0, 0.5]
+        assert sim.ledger_row()["total c"] == pytest.approx(2.0 * (area * c).sum(), rel=1e-2)
+        assert sim.area == pytest.approx(84.0)
+        with pytest.raises(ValueError, match=f"{n} numbers"):
+            sim.species["c"] = numpy.ones(n + 1)
+        results = rumple.run(scene, tmp_path / periodic)
+        assert results.vertices == n < len(results.frames[0].points)
+        assert results.frames[0].field("c")[:n] == pytest.approx(c)
+
+
+def test_triangles_across_a_period_are_closed_by_images():
+    from rumple._pyvista import _unfolded
+
+    for periodic in ["x", "xy"]:
+        sheet = {"shape": "rectangle", "width": 12.0, "height": 7.0, "vertices": 300, "periodic": periodic}
+        sim = rumple.Simulation(rumple.scene(sheet=sheet, effect=[{"kind": "stretching"}], time={"until": 1.0},
+                                             material={"young": 1.0, "poisson": 0.3, "thickness": 0.1}))
+        triangles, vertices, moved = _unfolded(sim)
+        a, b, c = (sim.positions[vertices] + moved)[triangles].transpose(1, 0, 2)
+        areas = 0.5 * numpy.cross(b - a, c - a)[:, 2]
+        assert (areas > 0).all() and areas.sum() == pytest.approx(84.0)
+        assert (vertices[triangles] == sim.triangles).all()
+
+
 def test_a_run_ends_where_asked(sim):
     assert sim.run(until=0.4).time == sim.time == 0.4
     assert sim.run(until=0.4) is None

@@ -138,9 +138,8 @@ fn add_sheet(found: &mut Findings, scene: &Scene, simulation: &Simulation) -> Re
         found.one("sheet", "none: one point");
     } else {
         found.line(format!("sheet\n{}", MeshReport::new(sheet)));
-        let counts =
-            json!({ "vertices": sheet.vertex_count(), "triangles": sheet.triangle_count() });
-        found.set("sheet", counts);
+        let [vertices, triangles] = sheet.counts_of_whole();
+        found.set("sheet", json!({ "vertices": vertices, "triangles": triangles }));
     }
     if model.mechanics().is_planar() {
         found.more("planar", "planar: vertices move in their plane, two unknowns each");

@@ -30,9 +30,12 @@ struct DrawingArgs {
     /// How near.
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = finite, allow_hyphen_values = true)]
     zoom: f64,
-    /// Pixels of the picture of a sheet, without title and colour bar.
+    /// Pixels of the picture of a sheet, without title and colour bar, at 96 an inch.
     #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1200x800", value_parser = size)]
     size: Size,
+    /// Pixels an inch: with 300 the picture has 300/96 times as many pixels and the same size on paper.
+    #[arg(long, value_name = "N", default_value_t = 96.0, value_parser = finite, allow_hyphen_values = true)]
+    dpi: f64,
     /// Text above the picture.
     #[arg(long, default_value = "")]
     title: String,
@@ -57,6 +60,7 @@ impl DrawingArgs {
             view: self.view.clone(),
             zoom: self.zoom,
             size: self.size.0,
+            dpi: self.dpi,
             title: self.title.clone(),
             edges: self.edges,
             light: !self.flat,

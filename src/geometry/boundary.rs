@@ -6,7 +6,8 @@
 //!
 //! over the interior vertices j of the nearest rings around b that determine it, ξ_j their rest positions seen from b along its
 //! rest normal. A linear field is extrapolated exactly where the rest shape is flat. Curvatures of a triangulated surface need
-//! all triangles around a vertex, so that they have no value of their own at the boundary.
+//! all triangles around a vertex, so that they have no value of their own at the boundary. On a periodic sheet vertices are those
+//! of one period, each at its nearest image.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -32,20 +33,21 @@ pub struct BoundaryFit {
 }
 
 impl BoundaryFit {
-    /// On `sheet`, by its rest shape. A boundary vertex without interior ones near it has no weights.
+    /// On `sheet`, which is not a part of one, by its rest shape. A boundary vertex without interior ones near it has no weights.
     #[must_use]
     pub fn new(sheet: &Sheet) -> Self {
-        let boundary = (0..sheet.vertex_count()).filter(|i| sheet.boundary()[*i]);
+        let owned = sheet.reduction().owned(sheet.vertex_count());
+        let boundary = (0..owned).filter(|i| sheet.boundary()[*i]);
         Self { weights: boundary.map(|i| (i, weights(sheet, i))).collect() }
     }
 
-    /// Interior vertices and weights at the boundary vertex `i`.
+    /// Interior vertices and weights at the boundary vertex `i`, which is no image.
     #[must_use]
     pub fn weights(&self, i: usize) -> &[(usize, f64)] {
         self.weights.get(&i).map_or(&[], Vec::as_slice)
     }
 
-    /// Replaces the `values` at the boundary.
+    /// Replaces the `values` at the boundary, but for those of images.
     pub fn extend(&self, values: &mut [f64]) {
         for (i, weights) in &self.weights {
             values[*i] = weights.iter().map(|(j, weight)| weight * values[*j]).sum();
@@ -62,7 +64,8 @@ fn interior(sheet: &Sheet, centre: usize) -> Vec<usize> {
     for _ in 0..MOST_RINGS {
         let around = |v: usize| {
             let triangles = sheet.vertex_triangles().entries(v).iter();
-            triangles.flat_map(|&(t, _)| sheet.triangles()[t as usize]).map(|v| v as usize)
+            let corners = triangles.flat_map(|&(t, _)| sheet.triangles()[t as usize]);
+            corners.map(|v| sheet.number(v as usize) as usize)
         };
         ring = ring.into_iter().flat_map(around).filter(|v| seen.insert(*v)).collect();
         if within(&seen).len() >= ENOUGH {
@@ -88,12 +91,13 @@ fn weights(sheet: &Sheet, i: usize) -> Vec<(usize, f64)> {
     let seed = if n.x.abs() < 0.6 { Vec3::x() } else { Vec3::y() };
     let across = n.cross(&seed).normalize();
     let along = n.cross(&across);
-    let distances = near.iter().map(|j| (x[*j] - x[i]).norm());
+    let arm = |j: &usize| sheet.reduction().nearest_image(x[*j] - x[i]);
+    let distances = near.iter().map(|j| arm(j).norm());
     let scale = distances.sum::<f64>() / real(near.len());
     let rows: Vec<(Vector3<f64>, f64)> = near
         .iter()
         .map(|j| {
-            let d = (x[*j] - x[i]) / scale;
+            let d = arm(j) / scale;
             (Vector3::new(1.0, d.dot(&along), d.dot(&across)), 1.0 / d.norm_squared())
         })
         .collect();

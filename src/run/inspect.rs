@@ -9,7 +9,7 @@ use crate::Stepper;
 use crate::Vec3;
 use crate::geometry::Curvature;
 use crate::kinetics::{Location, Species};
-use crate::model::{Chemistry, Evaluation, Start};
+use crate::model::{Chemistry, Evaluation, Potential, Start};
 use crate::num::Short;
 use crate::scene::Scene;
 use crate::sheet::{Sheet, SheetError, Surface};
@@ -208,7 +208,8 @@ fn vectors(v: &[Vec3]) -> Value {
 /// pins); `constraint`, where there are some, by name with `value`, `multiplier` and `force` (part of the
 /// total); `mean_curvature`, `gaussian_curvature`, `vertex_area` by vertex; `bond` with `vertices`,
 /// `length`, `rest_length`, `optimal_length`; `species`, `signals`, `reaction`, `diffusion` by name
-/// at the points where species live (vector signals as three columns); `length_factor`, Φ there.
+/// at the points where species live (vector signals as three columns); `length_factor`, Φ there. A periodic sheet has the
+/// vertices, triangles and bonds of one period.
 ///
 /// # Errors
 /// If the plugin fails, optimal lengths make no triangle, or an energy is not finite.
@@ -224,22 +225,37 @@ pub fn inspect(simulation: &mut Simulation) -> Result<Value> {
         curvature.mean.fill(0.0);
         curvature.gaussian.fill(0.0);
     }
-    let length = |[a, b]: [u32; 2]| (state.x[a as usize] - state.x[b as usize]).norm();
     result.insert("time".into(), json!(state.time));
-    result.insert("mean_curvature".into(), json!(curvature.mean));
-    result.insert("gaussian_curvature".into(), json!(curvature.gaussian));
-    result.insert("vertex_area".into(), json!(curvature.area));
-    let bond = json!({
-        "vertices": sheet.edges().iter().map(|e| e.vertices).collect::<Vec<_>>(),
-        "length": sheet.edges().iter().map(|e| length(e.vertices)).collect::<Vec<_>>(),
-        "rest_length": potential.metric().reference_length(),
-        "optimal_length": potential.metric().length(),
-    });
-    result.insert("bond".into(), bond);
+    result.insert("mean_curvature".into(), json!(own(sheet, &curvature.mean)));
+    result.insert("gaussian_curvature".into(), json!(own(sheet, &curvature.gaussian)));
+    result.insert("vertex_area".into(), json!(own(sheet, &curvature.area)));
+    result.insert("bond".into(), bonds(sheet, potential, &state.x));
     if let Some(chemistry) = model.chemistry() {
         result.extend(concentrations(chemistry, &mut at)?);
     }
     Ok(result.into())
+}
+
+/// The values of vertices or triangles that are no images.
+#[must_use]
+pub fn own<'a, T>(sheet: &Sheet, values: &'a [T]) -> &'a [T] {
+    &values[..sheet.reduction().owned(values.len())]
+}
+
+/// Ends and lengths of the bonds, each once, the ends by the vertices that images are of.
+fn bonds(sheet: &Sheet, potential: &Potential, x: &[Vec3]) -> Value {
+    let edges = sheet.edges();
+    let counted = (0..edges.len()).filter(|e| sheet.counts(&edges[*e].vertices));
+    let counted: Vec<usize> = counted.collect();
+    let ends = |e: &usize| edges[*e].vertices.map(|v| sheet.number(v as usize));
+    let length = |[a, b]: [u32; 2]| (x[a as usize] - x[b as usize]).norm();
+    let of = |values: &[f64]| counted.iter().map(|e| values[*e]).collect::<Vec<_>>();
+    json!({
+        "vertices": counted.iter().map(ends).collect::<Vec<_>>(),
+        "length": counted.iter().map(|e| length(edges[*e].vertices)).collect::<Vec<_>>(),
+        "rest_length": of(potential.metric().reference_length()),
+        "optimal_length": of(potential.metric().length()),
+    })
 }
 
 /// Energies and forces by effect, and values, multipliers and forces of constraints.
@@ -256,19 +272,18 @@ fn loads(at: &mut Evaluation<'_>) -> Result<Map<String, Value>> {
         let mine = potential.force_of(which, &state.x);
         total.iter_mut().zip(&mine).for_each(|(t, f)| *t += f);
         energy.insert(name.to_owned(), json!(energies[which]));
-        force.insert(name.to_owned(), vectors(&mine));
+        force.insert(name.to_owned(), vectors(own(model.sheet(), &mine)));
     }
     let values = potential.constraint_values(&state.x);
     for (which, name) in model.mechanics().constraint_names().enumerate() {
         let mine = potential.constraint_force(which, &state.x);
         total.iter_mut().zip(&mine).for_each(|(t, f)| *t += f);
         let multiplier = potential.multipliers()[which];
-        let about =
-            json!({ "value": values[which], "multiplier": multiplier, "force": vectors(&mine) });
+        let about = json!({ "value": values[which], "multiplier": multiplier, "force": vectors(own(model.sheet(), &mine)) });
         constraint.insert(name.to_owned(), about);
     }
     energy.insert("total".into(), json!(energies.iter().sum::<f64>()));
-    force.insert("total".into(), vectors(&total));
+    force.insert("total".into(), vectors(own(model.sheet(), &total)));
     let mut all = Map::new();
     all.insert("energy".into(), energy.into());
     all.insert("force".into(), force.into());
@@ -284,11 +299,18 @@ fn concentrations(chemistry: &Chemistry, at: &mut Evaluation<'_>) -> Result<Map<
     let columns = at.signals()?.clone();
     let by_name = |columns: &[Vec<f64>]| -> Map<String, Value> {
         let named = chemistry.descriptor().species.iter().zip(columns);
-        named.map(|(s, values)| (s.name.clone(), json!(values))).collect()
+        named.map(|(s, values)| (s.name.clone(), json!(own(model.sheet(), values)))).collect()
     };
     let titles = chemistry.signals().wanted().iter().flat_map(|s| s.columns());
-    let signals: Map<String, Value> =
-        titles.zip(&columns).map(|(name, values)| ((*name).to_owned(), json!(values))).collect();
+    // The time is one number.
+    let own_column = |values: &[f64]| match values.len() {
+        1 => json!(values),
+        _ => json!(own(model.sheet(), values)),
+    };
+    let signals: Map<String, Value> = titles
+        .zip(&columns)
+        .map(|(name, values)| ((*name).to_owned(), own_column(values)))
+        .collect();
     let c: Vec<&[f64]> = state.species.iter().map(Vec::as_slice).collect();
     let mut reaction: Vec<Vec<f64>> = c.iter().map(|c| vec![0.0; c.len()]).collect();
     let mut diffusion = reaction.clone();
@@ -299,7 +321,8 @@ fn concentrations(chemistry: &Chemistry, at: &mut Evaluation<'_>) -> Result<Map<
         let out = &mut diffusion[term.species()];
         chemistry.add_transport((model.sheet(), state.time), (term, operator), read, out)?;
     }
-    let factor = json!(chemistry.point_length_factor(&state.species)?);
+    let factor = chemistry.point_length_factor(&state.species)?;
+    let factor = json!(own(model.sheet(), &factor));
     let mut all = Map::new();
     all.insert("species".into(), by_name(&state.species).into());
     all.insert("signals".into(), signals.into());

@@ -3,7 +3,7 @@
 use super::{Result, Simulation};
 use crate::Stepper;
 use crate::effects::MaterialField;
-use crate::geometry::face_areas;
+use crate::geometry::area;
 use crate::model::{Chemistry, Drag, Model, Policy, Potential, State};
 use crate::num::Short;
 use crate::scene::Scene;
@@ -65,7 +65,7 @@ fn radius(sheet: &Sheet) -> f64 {
         let values = || sheet.rest().iter().map(|x| x[axis]);
         values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
     };
-    let area = face_areas(sheet, sheet.rest()).iter().sum::<f64>();
+    let area = area(sheet, sheet.rest());
     let half = 0.5 * (0..3).map(extent).fold(0.0, f64::max);
     (area / std::f64::consts::PI).sqrt().min(half)
 }

@@ -8,6 +8,9 @@
 //! The same of the mean curvature H, averaged over the neighbours of every vertex, is half the wavelength of wrinkles; the
 //! boundary, where H is not defined, is left out.
 //! Where w is below [`RESOLVED`] mean edges, number and size of regions depend on the mesh.
+//!
+//! On a periodic sheet images have no area of their own, every pair of neighbours counts once, and a region across the end of a
+//! period is one.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -51,11 +54,11 @@ pub fn resolution_words(
     species.into_iter().chain(wrinkles)
 }
 
-/// The same of the state of `stepper`; nothing of a part of a sheet.
+/// The same of the state of `stepper`; nothing of a sheet over ranks.
 pub(super) fn resolution_notes(stepper: &mut Stepper) -> Vec<String> {
     let Stepper { workspace, state, .. } = stepper;
     let sheet = Arc::clone(workspace.model.sheet());
-    if sheet.reduction().distribution().is_some() || sheet.edges().is_empty() {
+    if sheet.reduction().ranks().is_some() || sheet.edges().is_empty() {
         return Vec::new();
     }
     let species = Pattern::of_species(&mut workspace.at(state));
@@ -69,9 +72,12 @@ pub(super) fn resolution_notes(stepper: &mut Stepper) -> Vec<String> {
 pub struct Pattern {
     value: Vec<f64>,
     position: Arc<[Vec3]>,
-    /// Of every point, in the deformed state.
+    /// Of every point, in the deformed state; 0 of images.
     pub area: Arc<[f64]>,
+    /// Pairs of points, each once.
     neighbours: Arc<[[u32; 2]]>,
+    /// The point of which each is an image, or itself.
+    owner: Arc<[u32]>,
 }
 
 impl Pattern {
@@ -85,28 +91,33 @@ impl Pattern {
             .iter()
             .map(|t| Face::from_corners(&t.map(|v| x[v as usize])).area)
             .collect();
-        let (values, position, area, neighbours): (_, Arc<[Vec3]>, Arc<[f64]>, Arc<[_]>) =
+        let counted = sheet.edges().iter().filter(|e| sheet.counts(&e.vertices));
+        let (values, position, mut area, neighbours): (_, Arc<[Vec3]>, Vec<f64>, Arc<[_]>) =
             match chemistry.location() {
                 Location::Face => {
                     let centre =
                         |t: &[u32; 3]| t.iter().map(|v| x[*v as usize]).sum::<Vec3>() / 3.0;
-                    let inner = sheet.edges().iter().filter(|e| !e.is_boundary());
+                    let inner = counted.filter(|e| !e.is_boundary());
                     let position = sheet.triangles().iter().map(centre).collect();
                     let neighbours = inner.map(|e| e.triangles).collect();
-                    (state.species.clone(), position, faces.into(), neighbours)
+                    (state.species.clone(), position, faces, neighbours)
                 }
                 _ => {
                     let mut area = vec![0.0; x.len()];
                     sum_at_corners(sheet, |t| faces[t] / 3.0, &mut area);
-                    let neighbours = sheet.edges().iter().map(|e| e.vertices).collect();
-                    (at.species_at_vertices(), x.to_vec().into(), area.into(), neighbours)
+                    let neighbours = counted.map(|e| e.vertices).collect();
+                    (at.species_at_vertices(), x.to_vec().into(), area, neighbours)
                 }
             };
+        let owner = owners(sheet, chemistry.location());
+        leave_out_images(sheet, &mut area);
+        let area: Arc<[f64]> = area.into();
         let pattern = |value| Self {
             value,
             position: Arc::clone(&position),
             area: Arc::clone(&area),
             neighbours: Arc::clone(&neighbours),
+            owner: Arc::clone(&owner),
         };
         values.into_iter().map(pattern).collect()
     }
@@ -133,12 +144,17 @@ impl Pattern {
             Curvature::evaluate(&at.potential()?.shape(x), &rule);
         let boundary = sheet.boundary();
         area.iter_mut().zip(boundary).filter(|(_, b)| **b).for_each(|(area, _)| *area = 0.0);
+        leave_out_images(sheet, &mut area);
+        let owner = owners(sheet, Location::Vertex);
         let inside = |[a, b]: &[u32; 2]| !boundary[*a as usize] && !boundary[*b as usize];
-        let neighbours: Vec<_> = sheet.edges().iter().map(|e| e.vertices).filter(inside).collect();
+        let counted = sheet.edges().iter().map(|e| e.vertices).filter(|ends| sheet.counts(ends));
+        let neighbours: Arc<[_]> = counted.filter(inside).collect();
         // H at a single vertex is as uneven as the triangles around it.
-        let value = ring_means(&mean, &area, &neighbours);
-        let position = x.to_vec().into();
-        let pattern = Self { value, position, area: area.into(), neighbours: neighbours.into() };
+        let owned = neighbours.iter().map(|pair| pair.map(|v| owner[v as usize] as usize));
+        let means = ring_means(&mean, &area, owned);
+        let value = owner.iter().map(|owner| means[*owner as usize]).collect();
+        let (position, area) = (x.to_vec().into(), area.into());
+        let pattern = Self { value, position, area, neighbours, owner };
         let wrinkled = pattern.variance().sqrt() * mean_edge(x, sheet) > FLAT;
         Ok(wrinkled.then_some(pattern))
     }
@@ -182,18 +198,28 @@ impl Pattern {
     /// Centres of the regions above `level`, and their area in all.
     #[must_use]
     pub fn regions(&self, level: f64) -> (Vec<Vec3>, f64) {
-        let mut parent: Vec<u32> = (0u32..).take(self.value.len()).collect();
+        let points = (0u32..).take(self.value.len());
+        let mut parent: Vec<(u32, Vec3)> = points.clone().map(|k| (k, Vec3::zeros())).collect();
         let above = |k: u32| self.value[k as usize] > level;
-        for [a, b] in self.neighbours.iter().copied().filter(|[a, b]| above(*a) && above(*b)) {
-            let (a, b) = (root(&mut parent, a), root(&mut parent, b));
-            parent[a.max(b) as usize] = a.min(b);
+        for pair in self.neighbours.iter().filter(|pair| pair.iter().all(|k| above(*k))) {
+            let [(a, of_a), (b, of_b)] = pair.map(|k| {
+                let owner = self.owner[k as usize];
+                let (first, by) = root(&mut parent, owner);
+                (first, by - (self.position[k as usize] - self.position[owner as usize]))
+            });
+            if a < b {
+                parent[b as usize] = (a, of_a - of_b);
+            } else if b < a {
+                parent[a as usize] = (b, of_b - of_a);
+            }
         }
         // A region is known by its first point; its moments are summed there.
         let mut moments = vec![(0.0, Vec3::zeros()); self.value.len()];
-        for k in (0u32..).take(self.value.len()).filter(|k| above(*k)) {
-            let (at, point) = (root(&mut parent, k) as usize, k as usize);
-            moments[at].0 += self.area[point];
-            moments[at].1 += self.area[point] * self.position[point];
+        for k in points.filter(|k| above(*k)) {
+            let ((first, by), point) = (root(&mut parent, k), k as usize);
+            let moment = &mut moments[first as usize];
+            moment.0 += self.area[point];
+            moment.1 += self.area[point] * (self.position[point] + by);
         }
         let found = moments.iter().filter(|(area, _)| *area > 0.0);
         let centres = found.clone().map(|(area, moment)| moment / *area).collect();
@@ -201,11 +227,29 @@ impl Pattern {
     }
 }
 
+/// The owner of every vertex or triangle of `sheet`.
+fn owners(sheet: &Sheet, location: Location) -> Arc<[u32]> {
+    match location {
+        Location::Face => (0..sheet.triangle_count()).map(|t| sheet.triangle_number(t)).collect(),
+        _ => (0..sheet.vertex_count()).map(|i| sheet.number(i)).collect(),
+    }
+}
+
+/// Sets the areas of images to 0.
+fn leave_out_images(sheet: &Sheet, area: &mut [f64]) {
+    let owned = sheet.reduction().owned(area.len());
+    area[owned..].fill(0.0);
+}
+
 /// Means of `value` over points and their neighbours, weighed by `area`.
-fn ring_means(value: &[f64], area: &[f64], neighbours: &[[u32; 2]]) -> Vec<f64> {
+fn ring_means(
+    value: &[f64],
+    area: &[f64],
+    neighbours: impl Iterator<Item = [usize; 2]>,
+) -> Vec<f64> {
     let own: Vec<(f64, f64)> = value.iter().zip(area).map(|(v, a)| (v * a, *a)).collect();
     let mut sums = own.clone();
-    for [a, b] in neighbours.iter().map(|pair| pair.map(|v| v as usize)) {
+    for [a, b] in neighbours {
         for (at, from) in [(a, b), (b, a)] {
             sums[at] = (sums[at].0 + own[from].0, sums[at].1 + own[from].1);
         }
@@ -215,16 +259,20 @@ fn ring_means(value: &[f64], area: &[f64], neighbours: &[[u32; 2]]) -> Vec<f64> 
 
 /// Mean length of an edge.
 fn mean_edge(x: &[Vec3], sheet: &Sheet) -> f64 {
+    let counted = || sheet.edges().iter().map(|edge| edge.vertices).filter(|e| sheet.counts(e));
     let length = |[a, b]: [u32; 2]| (x[a as usize] - x[b as usize]).norm();
-    let edges = sheet.edges().iter().map(|edge| length(edge.vertices)).sum::<f64>();
-    edges / real(sheet.edges().len())
+    counted().map(length).sum::<f64>() / real(counted().count())
 }
 
-/// The first of the connected points, with the way there made short.
-fn root(parent: &mut [u32], mut k: u32) -> u32 {
-    while parent[k as usize] != k {
-        parent[k as usize] = parent[parent[k as usize] as usize];
-        k = parent[k as usize];
+/// The first of the points connected to `k`, and the translation that brings `k` next to it, with the way there made short.
+fn root(parent: &mut [(u32, Vec3)], mut k: u32) -> (u32, Vec3) {
+    let mut translation = Vec3::zeros();
+    while parent[k as usize].0 != k {
+        let (next, by) = parent[k as usize];
+        let (after, more) = parent[next as usize];
+        parent[k as usize] = (after, by + more);
+        translation += by + more;
+        k = after;
     }
-    k
+    (k, translation)
 }

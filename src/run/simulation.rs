@@ -279,7 +279,9 @@ impl Simulation {
     }
 }
 
-/// The record of the mesh of a whole sheet.
+/// The record of the mesh of a whole sheet, which counts no images.
 pub(super) fn mesh_record(sheet: &Sheet) -> MeshRecord {
-    MeshRecord::new(sheet.rest().iter().copied(), sheet.triangles().iter().copied())
+    let [vertices, triangles] = sheet.counts_of_whole();
+    let all = MeshRecord::new(sheet.rest().iter().copied(), sheet.triangles().iter().copied());
+    MeshRecord { vertices, triangles, ..all }
 }

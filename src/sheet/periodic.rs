@@ -76,16 +76,16 @@ pub(crate) fn with_images(cell: &Sheet, periods: [f64; 2]) -> Result<Sheet, Shee
 }
 
 impl Sheet {
-    /// Completes `surface`, a frame of a periodic sheet, whose first points are those of the cell, by its images; leaves that of
-    /// another sheet unchanged.
+    /// Completes `surface`, a frame of a periodic sheet or points without triangles, whose first points are those of the cell, by
+    /// its images; leaves that of another sheet unchanged.
     ///
     /// # Errors
     /// A surface with as many vertices and triangles, of another mesh.
     pub fn add_images(&self, surface: &mut Surface) -> Result<(), String> {
         let [vertices, triangles] = self.counts_of_whole();
         if self.reduction().periods().is_empty()
-            || surface.points.len() <= vertices
-            || surface.triangles.len() != triangles
+            || surface.points.len() < vertices
+            || ![0, triangles].contains(&surface.triangles.len())
         {
             return Ok(());
         }
@@ -112,7 +112,8 @@ impl Sheet {
         for array in &mut surface.point_arrays {
             rows(array, &owner, rest.len());
         }
-        for array in &mut surface.cell_arrays {
+        let of_triangles = |array: &&mut Array| array.values.len() >= array.components * triangles;
+        for array in surface.cell_arrays.iter_mut().filter(of_triangles) {
             rows(array, &|t| self.triangle_number(t) as usize, self.triangle_count());
         }
         Ok(())

@@ -321,11 +321,7 @@ impl Sheet {
     #[must_use]
     pub fn place_of(&self, corners: &[u32]) -> Vec3 {
         let sum: Vec3 = corners.iter().map(|v| self.rest[*v as usize]).sum();
-        let mut middle = sum / real(corners.len());
-        for period in self.reduction.periods() {
-            middle -= period * (middle.dot(period) / period.norm_squared()).round();
-        }
-        middle
+        self.reduction.nearest_image(sum / real(corners.len()))
     }
 
     /// The same, shared.

@@ -96,7 +96,9 @@ pub(super) fn render(
     }
     let shown = sheets.iter().map(|sheet| sheet.frames.len()).sum();
     let (runs, total_frames) = (sheets.len(), sheets.iter().map(|sheet| sheet.of).sum());
-    let html = document(&data, &summary(found, &sheets, (shown, total_frames)), blocks.html());
+    let vertices = data.members.iter().find_map(|member| member.record.vertices());
+    let summary = summary(found, (&sheets, vertices), (shown, total_frames));
+    let html = document(&data, &summary, blocks.html());
     let warnings = data.members.into_iter().flat_map(|member| member.record.warnings).collect();
     Ok(Page { html, runs, shown, total_frames, warnings })
 }
@@ -117,14 +119,18 @@ fn member(name: &str, directory: &Path, found: &FoundRuns, blocks: &mut Blocks) 
     Ok(RunData { name: name.to_owned(), record, sheet: None, ledger })
 }
 
-/// What is shown of how much.
-fn summary(found: &FoundRuns, sheets: &[&Sheet], (shown, of): (usize, usize)) -> String {
+/// What is shown of how much; `vertices` are those of the record of the mesh, where frames may have images too.
+fn summary(
+    found: &FoundRuns,
+    (sheets, vertices): (&[&Sheet], Option<u64>),
+    (shown, of): (usize, usize),
+) -> String {
     let frames = match sheets {
         [] => "no frames".to_owned(),
         [sheet] => format!(
             "{shown} of {}, {} vertices, {} triangles",
             plural(of, "frame", "frames"),
-            sheet.vertices,
+            vertices.map_or_else(|| sheet.vertices.to_string(), |count| count.to_string()),
             sheet.faces
         ),
         _ => format!("{shown} of {of} frames of {} runs", sheets.len()),

@@ -19,9 +19,12 @@ use serde::{Deserialize, Serialize};
 
 use super::programs::{NamedProgram, browser, ffmpeg};
 use super::{Options, page, runs};
+use crate::num::whole;
 use crate::output::{Inputs, ResultFile};
 use crate::run::{Error, Result};
 
+/// Pixels an inch of a screen.
+const SCREEN_DPI: f64 = 96.0;
 /// Most bytes of the page of a picture: what a browser holds.
 const MOST_BYTES: usize = 300_000_000;
 /// How long the last picture of a GIF stays, ms.
@@ -43,8 +46,10 @@ pub struct DrawingOptions {
     pub view: View,
     /// How near, 1 for the whole sheet.
     pub zoom: f64,
-    /// Width and height of the picture of a sheet, without title and colour bar, pixels.
+    /// Width and height of the picture of a sheet, without title and colour bar, pixels at 96 an inch.
     pub size: [u32; 2],
+    /// Pixels an inch: the picture has `dpi`/96 times as many as `size`.
+    pub dpi: f64,
     /// Text above.
     pub title: String,
     /// Whether edges are drawn.
@@ -68,6 +73,7 @@ impl Default for DrawingOptions {
             view: View::Named("oblique".to_owned()),
             zoom: 1.0,
             size: [1200, 800],
+            dpi: SCREEN_DPI,
             title: String::new(),
             edges: false,
             light: true,
@@ -86,9 +92,18 @@ impl DrawingOptions {
         serde_json::from_str(text).map_err(|error| Error::Refused(error.to_string()))
     }
 
+    /// The same with the size in pixels of the picture.
+    ///
     /// # Errors
     /// [`Error::Refused`] for numbers and names that cannot be drawn with.
-    fn check(&self) -> Result<()> {
+    fn in_pixels(&self) -> Result<Self> {
+        let pixels = |size: u32| whole(f64::from(size) * self.dpi / SCREEN_DPI);
+        let size = self.size.map(|size| u32::try_from(pixels(size)).unwrap_or(u32::MAX));
+        self.check(size)?;
+        Ok(Self { size, ..self.clone() })
+    }
+
+    fn check(&self, pixels: [u32; 2]) -> Result<()> {
         let refuse = |what: String| Err(Error::Refused(what));
         let known = |what: &str, name: &str, names: &[&str]| match names.contains(&name) {
             true => Ok(()),
@@ -116,10 +131,13 @@ impl DrawingOptions {
                 "range {least},{largest}: expected the least and the largest value"
             ));
         }
-        if !self.size.iter().all(|pixels| (80..=8192).contains(pixels)) {
+        if !(self.dpi > 0.0 && self.dpi.is_finite()) {
+            return refuse(format!("dpi {}: expected pixels an inch, a number above 0", self.dpi));
+        }
+        if !pixels.iter().all(|pixels| (80..=8192).contains(pixels)) {
             return refuse(format!(
-                "size {:?}: expected width and height from 80 to 8192 pixels",
-                self.size
+                "size {:?} at dpi {}: expected width and height from 80 to 8192 pixels, found {pixels:?}",
+                self.size, self.dpi
             ));
         }
         if !(self.zoom > 0.0 && self.zoom <= 100.0) {
@@ -172,7 +190,7 @@ pub fn picture(
     drawing: &DrawingOptions,
     time: Option<f64>,
 ) -> Result<f64> {
-    drawing.check()?;
+    let drawing = &drawing.in_pixels()?;
     extension(path, &["png"])?;
     let file = ResultFile::new(path, force, &Inputs::default())?;
     let frames = u16::MAX.into();
@@ -191,7 +209,7 @@ pub fn movie(
     drawing: &DrawingOptions,
     (frames, rate): (usize, f64),
 ) -> Result<usize> {
-    drawing.check()?;
+    let drawing = &drawing.in_pixels()?;
     if !(0.1..=60.0).contains(&rate) {
         return Err(Error::Refused(format!(
             "rate {rate}: expected frames a second from 0.1 to 60"

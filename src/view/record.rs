@@ -70,6 +70,11 @@ impl Record {
 }
 
 impl Record {
+    /// Vertices of the sheet, as its provenance has them.
+    pub(super) fn vertices(&self) -> Option<u64> {
+        self.provenance.as_ref()?.get("mesh")?.get("vertices")?.as_u64()
+    }
+
     /// That of a run whose record cannot be read.
     pub(super) fn unreadable(error: &Error) -> Self {
         Self { warnings: vec![error.to_string()], ..Self::default() }

@@ -13,6 +13,7 @@ mod contact;
 mod growth;
 mod membranes;
 mod periodic;
+mod periodic_boundary;
 mod plates;
 mod remodelling;
 mod shells;

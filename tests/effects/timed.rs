@@ -195,3 +195,34 @@ fn flux_and_exchange_may_change_in_time() {
         }
     }
 }
+
+/// A rate below 0 lets the concentration run away from its surroundings.
+#[test]
+fn a_rate_of_exchange_that_becomes_negative_ends_the_run() {
+    let text = |rate: &str, integrator: &str, location: &str| {
+        format!(
+            "sheet = {{ shape = 'disc', radius = 2.0, vertices = 60, planar = true }}\n\
+             [kinetics]\nrates.c = '0'\ninitial.c = 0.0\nlocation = '{location}'\n\
+             [time]\npolicy = 'simultaneous'\nuntil = 2.0\nintegrator = {integrator}\n\
+             [[effect]]\nkind = 'exchange'\nspecies = 'c'\nwhere = 'rim'\nreference = 1\nrate = '{rate}'\n"
+        )
+    };
+    for integrator in ["'staggered'", "{ kind = 'monolithic', method = 'bdf' }", "'explicit'"] {
+        for location in ["vertex", "face"] {
+            let (_, mut simulation) = prepare(&text("1 - t", integrator, location), &[]);
+            simulation.prepare().unwrap();
+            let error = loop {
+                if let Err(error) = simulation.step(2.0) {
+                    break error.to_string();
+                }
+                assert!(simulation.state().time < 2.0, "{integrator} {location}: not noticed");
+            };
+            let begins = "effect[0].rate: the rate of exchange of `c` becomes -";
+            assert!(error.contains(begins) && error.contains("at time 1."), "{error}");
+        }
+    }
+    let scene = rumple::scene::Scene::parse(&text("t - 1", "'explicit'", "vertex"), "s.toml", &[]);
+    let search = rumple::kinetics::PluginSearch::in_directories(Vec::new());
+    let error = rumple::Simulation::new(&scene.unwrap(), &search).err().unwrap().to_string();
+    assert!(error.contains("effect[0].rate") && error.contains("-1"), "{error}");
+}

@@ -258,6 +258,10 @@ fn what_has_no_branch_is_refused() {
         "[[effect]]\nkind = \"remodelling\"\ntime = 1.0\n",
         &["scene.toml", "effect[5]", "remodelling changes the shape at rest"],
     );
+    fs::write(folder.path().join("scene.toml"), include_str!("../../models/plates/film.toml"))
+        .unwrap();
+    let thicker = ["--along", "material.thickness", "--to", "0.3"];
+    refused(&thicker, &["sheet.periodic", "not followed on a periodic sheet"]);
 }
 
 /// A law without space, through both folds of its cubic, and its state in frames.

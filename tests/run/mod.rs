@@ -21,6 +21,7 @@ pub mod program;
 mod rest_shapes;
 pub mod resumed;
 mod self_intersection;
+mod shipped;
 mod stability;
 mod start_time;
 mod steady;

@@ -67,6 +67,44 @@ fn physical_groups_are_regions() {
     }
 }
 
+/// The lower side of the left half, as Gmsh writes a named curve in version 4.1, text and binary, and in version 2.2.
+#[test]
+fn physical_groups_of_curves_are_regions() {
+    let folder = tempfile::tempdir().unwrap();
+    let old = folder.path().join("old.msh");
+    let text = std::fs::read_to_string(data("groups-22-ascii.msh")).unwrap();
+    let lines = "55\n53 1 2 1 1 1 7\n54 1 2 1 1 7 8\n55 1 2 1 1 8 2\n";
+    let text = text.replace("$PhysicalNames\n1\n", "$PhysicalNames\n2\n1 1 \"lower side\"\n");
+    std::fs::write(&old, text.replace("$Elements\n52\n", &format!("$Elements\n{lines}"))).unwrap();
+    for file in [data("groups-41-ascii.msh"), data("groups-41-binary.msh"), old] {
+        let surface = read::surface(&file).unwrap();
+        assert!(!surface.notes.iter().any(|note| note.contains("ignored")), "{:?}", surface.notes);
+        let sheet = surface.into_sheet().unwrap().0;
+        let low: Vec<bool> = sheet.rest().iter().map(|x| x.y == -1.0 && x.x <= 0.0).collect();
+        assert_eq!(low.iter().filter(|low| **low).count(), 4);
+        let corner = |t: &[u32; 3]| t.iter().any(|v| low[*v as usize]);
+        let touching = sheet.triangles().iter().map(corner).collect();
+        let by_group = masks(&region(json!({ "group": "lower side" })), &sheet);
+        assert_eq!(by_group, [low, touching], "{file:?}");
+        let array = json!({ "array": { "name": "lower side", "equals": 1 } });
+        assert_eq!(masks(&region(array), &sheet), by_group, "{file:?}");
+    }
+}
+
+#[test]
+fn a_name_of_curves_and_surfaces_is_that_of_the_surfaces() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("same.msh");
+    let text = std::fs::read_to_string(data("groups-41-ascii.msh")).unwrap();
+    std::fs::write(&file, text.replace("\"lower side\"", "\"both\"")).unwrap();
+    let surface = read::surface(&file).unwrap();
+    let note = "the physical group `both` of curves is left out: surfaces have that name";
+    assert!(surface.notes.iter().any(|known| known == note), "{:?}", surface.notes);
+    let sheet = surface.into_sheet().unwrap().0;
+    let all = masks(&region(json!({ "group": "both" })), &sheet);
+    assert!(all.iter().flatten().all(|inside| *inside));
+}
+
 #[test]
 fn arrays_on_points_and_cells_are_regions() {
     let folder = tempfile::tempdir().unwrap();
@@ -139,14 +177,14 @@ fn wrong_arrays_are_refused_with_the_names_there_are() {
     let (_, vtk) = written(folder.path());
     let msh = data("groups-41-ascii.msh");
     let msh = msh.to_str().unwrap();
-    let groups = "it has: left half, 7, both";
+    let groups = "it has: lower side, left half, 7, both";
     let arrays = "it has: h, k [1/length], e";
     for (file, region, message, help) in [
         (msh, "{ group = \"margin\" }", "the mesh has no physical group `margin`", groups),
         (
             msh,
-            "{ not = { group = \"lower side\" } }",
-            "the mesh has no physical group `lower side`",
+            "{ not = { group = \"upper side\" } }",
+            "the mesh has no physical group `upper side`",
             groups,
         ),
         (

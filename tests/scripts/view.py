@@ -13,6 +13,7 @@ import os
 import shutil
 import sys
 import time
+import zlib
 from pathlib import Path
 
 from playwright.sync_api import sync_playwright
@@ -175,13 +176,63 @@ def reading(page):
     print(f"curves of the sheet: {len(titles)}, of the solvers: {len(work)}")
 
 
+def size_of(png):
+    """Width, height and pixels a metre of a PNG file, whose chunk pHYs follows the header; its checksum is right."""
+    assert png.startswith(b"\x89PNG") and png[37:41] == b"pHYs", png[:50]
+    assert zlib.crc32(png[37:50]) == int.from_bytes(png[50:54], "big")
+    return [int.from_bytes(png[at : at + 4], "big") for at in (16, 20, 41)]
+
+
 def saving(page, folder):
-    """The button saves a PNG."""
-    with page.expect_download() as download:
-        page.locator("#shot").click()
-    download.value.save_as(folder / "saved.png")
-    assert (folder / "saved.png").read_bytes().startswith(b"\x89PNG")
-    print("a PNG is saved")
+    """The button saves a PNG, twice as large as on the page and without white at its sides, or as wide as asked."""
+    sizes = []
+    shown = page.evaluate("() => document.querySelector('#grid canvas').width")
+    for title, width in [("", ""), ("A title", str(shown))]:
+        page.fill("#picture-title", title)
+        page.fill("#picture-width", width)
+        with page.expect_download() as download:
+            page.locator("#shot").click()
+        download.value.save_as(folder / "saved.png")
+        sizes.append(size_of((folder / "saved.png").read_bytes()))
+    (wide, high, dense), (narrow, low, sparse) = sizes
+    assert wide < 2 * shown, f"{wide} pixels wide, the page has {shown}: not cropped"
+    assert abs(narrow - shown) <= 2, (narrow, shown)
+    assert dense == round(2 * 96 / 0.0254) and abs(sparse / dense * wide / narrow - 1) < 0.01, sizes
+    assert low / narrow > 1.02 * high / wide, "the title takes no room"
+    print(f"a PNG is saved, {wide} × {high}, and {narrow} × {low} with a title")
+
+
+def recording(page, folder):
+    """The button saves a movie, of all frames at the speed of the player."""
+    page.fill("#picture-width", "320")
+    page.select_option("#speed", "30")
+    with page.expect_download(timeout=60_000) as download:
+        page.locator("#movie").click()
+    name = download.value.suggested_filename
+    download.value.save_as(folder / name)
+    data = (folder / name).read_bytes()
+    start = {"webm": data[:4] == b"\x1a\x45\xdf\xa3", "mp4": data[4:8] == b"ftyp"}
+    assert start[name.rsplit(".", 1)[1]] and len(data) > 2000, (name, len(data), data[:12])
+    # The page itself plays no media.
+    player = page.context.browser.new_page()
+    seconds = player.evaluate(DURATION, [list(data), f"video/{name.rsplit('.', 1)[1]}"])
+    assert seconds > 0, seconds
+    player.close()
+    page.fill("#picture-width", "")
+    page.fill("#picture-title", "")
+    print(f"a movie is saved: {name}, {len(data)} bytes, {seconds:.2f} s")
+
+
+#: Seconds to the last picture of a movie, which a recorder leaves out of its head.
+DURATION = """async ([bytes, type]) => {
+  const movie = document.createElement('video');
+  movie.muted = true;
+  movie.src = URL.createObjectURL(new Blob([new Uint8Array(bytes)], { type }));
+  await new Promise((done, failed) => { movie.onloadeddata = done; movie.onerror = () => failed(movie.error.message); });
+  movie.currentTime = 1e6;
+  await new Promise(done => { movie.onseeked = done; });
+  return movie.currentTime;
+}"""
 
 
 def main():
@@ -212,6 +263,7 @@ def main():
         probing(page, args.result)
         reading(page)
         saving(page, args.pictures)
+        recording(page, args.pictures)
         page.locator("[data-view=oblique]").click()
         pixels(page)
         page.screenshot(path=args.pictures / "page.png", full_page=True)

@@ -16,16 +16,19 @@ mkdir -p "$pictures"
 "$rumple" view "$result" --out "$pictures/view.html" --force
 RUMPLE_CHROMIUM=$browser timeout 120 "$python" "$here/view.py" "$pictures/view.html" "$result" --pictures "$pictures"
 # The page draws pictures and movies for the program, too.
-for options in "picture --field mean_curvature --map coolwarm --title curvature -o $pictures/picture.png" \
+for options in "picture --field mean_curvature --map coolwarm --title curvature --dpi 192 -o $pictures/picture.png" \
     "movie --view top --size 400x300 -o $pictures/movie.gif"; do
     # shellcheck disable=SC2086
     RUMPLE_BROWSER=$browser timeout 120 "$rumple" ${options%% *} "$result" ${options#* } --force
 done
 "$python" - "$pictures" <<'PY'
+import struct
 import sys
 from pathlib import Path
 
 for name, start in ("picture.png", b"\x89PNG"), ("movie.gif", b"GIF89a"):
     data = (Path(sys.argv[1]) / name).read_bytes()
     assert data.startswith(start) and len(data) > 10_000, (name, len(data))
+    if name == "picture.png":
+        assert struct.unpack(">II", data[16:20] + data[41:45]) == (2400, round(192 / 0.0254)), data[:54]
 PY

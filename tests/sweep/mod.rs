@@ -3,6 +3,7 @@
 mod axis;
 mod errors;
 mod measures;
+mod periodic;
 mod planned;
 mod plots;
 mod refinement;

@@ -60,7 +60,8 @@ fn pictures_and_movies_are_what_the_page_draws() {
     done(folder, &["run", "scene.toml", "--out", "out", "--quiet"]);
     let (red, blue) = ([255, 0, 0, 255], [0, 0, 255, 255]);
     browser(folder, &square(0.05, red));
-    let drawn = draw(folder, &["picture", "out", "--field", "c", "--range=-1,2", "--view=-50,35"]);
+    let options = ["--field", "c", "--range=-1,2", "--view=-50,35", "--dpi", "300"];
+    let drawn = draw(folder, &[&["picture", "out"], &options[..]].concat());
     assert!(drawn.status.success(), "{}", text(&drawn.stderr));
     assert_eq!(text(&drawn.stdout), "out/picture.png: time 0.05\n");
     let png = image::open(folder.join("out/picture.png")).unwrap().into_rgba8();
@@ -69,6 +70,8 @@ fn pictures_and_movies_are_what_the_page_draws() {
     let page = fs::read_to_string(folder.join("page.html")).unwrap();
     for wanted in
         ["\"field\":\"c\"", "\"range\":[-1.0,2.0]", "\"view\":[-50.0,35.0]", "\"movie\":false"]
+            .into_iter()
+            .chain(["\"size\":[3750,2500]", "\"dpi\":300.0"])
     {
         assert!(page.contains(wanted), "{wanted}");
     }
@@ -102,13 +105,15 @@ fn pictures_that_cannot_be_drawn_are_refused() {
     browser(folder, "error: no field \"d\"; there are: c &lt;1&gt;");
     script(folder.join("ffmpeg"), "echo no codec >&2; exit 3");
     fs::write(folder.join("there.png"), "mine").unwrap();
-    let cases: [(&[&str], &[&str]); 13] = [
+    let cases: [(&[&str], &[&str]); 15] = [
         (&["picture", "out", "--field", "d"], &["out: no field \"d\"; there are: c <1>"]),
         (&["picture", "none"], &["none"]),
         (&["picture", "out", "-o", "there.png"], &["there.png", "--force"]),
         (&["picture", "out", "-o", "p.jpg"], &["p.jpg", ".png"]),
         (&["movie", "out", "-o", "m.avi"], &["m.avi", ".gif, .mp4, .webm"]),
         (&["picture", "out", "--size", "20x40"], &["size", "80 to 8192"]),
+        (&["picture", "out", "--dpi", "1200"], &["dpi 1200", "80 to 8192", "[15000, 10000]"]),
+        (&["picture", "out", "--dpi=-1"], &["dpi -1", "above 0"]),
         (&["picture", "out", "--size", "big"], &["--size", "1200x800"]),
         (&["picture", "out", "--view", "below"], &["view \"below\"", "oblique", "-50,35"]),
         (&["picture", "out", "--view=0,91"], &["-90 to 90"]),

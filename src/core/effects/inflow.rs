@@ -13,7 +13,7 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 
 use super::timed_field::TimedField;
-use super::{EffectContext, EffectError, Measure, Region, Transport};
+use super::{EffectContext, EffectError, Measure, Region, Transport, WrongCoefficient};
 use crate::Vec3;
 use crate::kinetics::Location;
 use crate::parallel;
@@ -285,6 +285,16 @@ impl Transport for Inflow {
 
     fn speed_key(&self) -> &'static str {
         self.key
+    }
+
+    fn inadmissible(&self, (sheet, time): (&Sheet, f64)) -> Option<WrongCoefficient> {
+        if self.constant.is_some() {
+            return None;
+        }
+        let densities = self.densities(sheet, time);
+        let negative = |[_, loss]: &[f64; 2]| !(*loss >= 0.0);
+        let k = densities.iter().position(negative)?;
+        Some(WrongCoefficient { point: self.inlets[k].point, value: densities[k][1] })
     }
 
     fn flux_edges(&self) -> Vec<[usize; 2]> {

@@ -69,7 +69,7 @@ pub use energy::{
     Contact, Coupling, Energy, EnergyTerm, ForceScales, HessianPart, Interaction, ParameterField,
     RankOneTerm, Reads, SeparatedStart, Touching,
 };
-pub use error::EffectError;
+pub use error::{EffectError, WrongCoefficient};
 pub use exchange::Exchange;
 pub use fibre::Fibre;
 pub use field::{Field, FieldValues, ReadSurface, RegionValue, formula_on, formula_values};
@@ -92,7 +92,6 @@ pub use region::Region;
 pub use remodelling::{LengthRemodelling, Remodelling};
 pub use signal_factor::{SignalFactor, SignalValues, TransportInputs};
 pub use spec::{Effect, EffectParts, EffectSpec, Needs, SceneSummary, kinds};
-pub use species_coefficient::WrongCoefficient;
 pub use stretching::{
     BondStretching, Stretching, StretchingModel, StretchingModulus, StretchingWeight,
     StvkStretching,

@@ -57,7 +57,7 @@ pub enum Region {
     },
     /// Vertices by number, from 0.
     Vertices(Vec<u32>),
-    /// Vertices of the triangles of a physical group of a Gmsh mesh.
+    /// Vertices of the triangles, or of the curves, of a physical group of a Gmsh mesh.
     Group(String),
     /// Vertices, or those of triangles, by the values of an array of the mesh file; exactly one of `equals` and `between`.
     Array {
@@ -270,9 +270,10 @@ impl Region {
     /// Refuses a name that the mesh file does not have.
     fn check_array(&self, sheet: &Sheet) -> Result<(), (String, String)> {
         let [points, cells] = sheet.array_names();
-        let (noun, names) = match self {
-            Self::Group(_) => ("physical group", cells),
-            _ => ("array of one component", [points, cells].concat()),
+        let names = [points, cells].concat();
+        let noun = match self {
+            Self::Group(_) => "physical group",
+            _ => "array of one component",
         };
         let Some((name, range)) = self.array() else { return Ok(()) };
         if sheet.where_array(name, range, false).is_some() {

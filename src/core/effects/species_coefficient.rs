@@ -16,21 +16,12 @@
 
 use super::field::vertex_places;
 use super::signal_factor::{SignalFactor, SignalValues, TransportInputs};
-use super::{FieldValues, Operator, TransportTerm};
+use super::{FieldValues, Operator, TransportTerm, WrongCoefficient};
 use crate::Vec3;
 use crate::kinetics::Signal;
 use crate::kinetics::formula::SpeciesFormula;
 use crate::parallel;
 use crate::sheet::Sheet;
-
-/// An inadmissible coefficient: not finite or, of a species by itself, negative.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WrongCoefficient {
-    /// Number of the point.
-    pub point: usize,
-    /// The coefficient there.
-    pub value: f64,
-}
 
 /// D at the points, without the species.
 struct At<'a> {
@@ -121,10 +112,15 @@ impl TransportTerm {
         }
     }
 
-    /// Whether its rate may have no value: its coefficient reads species, or its factor signals.
+    /// Whether its rate may have no value: its coefficient reads species, its factor signals, or its sources may depend on time.
     #[must_use]
     pub(crate) fn may_fail(&self) -> bool {
-        self.factor.is_some() || !self.read_by_coefficient().is_empty()
+        self.has_factor() || self.has_sources() || !self.read_by_coefficient().is_empty()
+    }
+
+    /// Whether it is multiplied by what reads signals.
+    pub(crate) fn has_factor(&self) -> bool {
+        self.factor.is_some()
     }
 
     /// Numbers of the species that the coefficient reads.
@@ -136,7 +132,7 @@ impl TransportTerm {
     /// Adds the rate of change to `out`.
     ///
     /// # Errors
-    /// Where the coefficient or the factor is inadmissible.
+    /// Where the coefficient, the factor or a rate in time is inadmissible.
     pub fn add_rate_of(
         &self,
         (sheet, time): (&Sheet, f64),
@@ -145,6 +141,9 @@ impl TransportTerm {
         out: &mut [f64],
     ) -> Result<(), WrongCoefficient> {
         let on = (sheet, time);
+        if let Some(wrong) = self.inadmissible(on) {
+            return Err(wrong);
+        }
         if let Some(factor) = &self.factor {
             let mut rate = vec![0.0; out.len()];
             self.add_rate(on, operator, species[self.read_species()], &mut rate);

@@ -73,10 +73,11 @@ impl TimedField {
 }
 
 impl EffectContext<'_> {
-    /// The values of a field whose formula may read the time; `key` is to blame. Ranges of N hold for what does not.
+    /// The values of a field whose formula may read the time; `key` is to blame. Later than at time 0 ranges of N hold for what
+    /// does not.
     ///
     /// # Errors
-    /// As for [`Field::on`]; a formula of the time that is not finite at time 0.
+    /// As for [`Field::on`]; a formula of the time that is out of range at time 0.
     pub(super) fn timed_field<N: Checked>(
         &self,
         field: &Field<N>,
@@ -88,13 +89,13 @@ impl EffectContext<'_> {
             if timed.depends_on_time() {
                 let start = timed.evaluate(self.sheet, 0.0);
                 if let FieldValues::Each(all) = &*start
-                    && let Some(i) = all.iter().position(|value| !value.is_finite())
+                    && let Some(i) = all.iter().position(|value| N::checked(*value).is_none())
                 {
                     let noun = noun(place);
                     let message = format!("it is {} at {noun} {i} at time 0", all[i]);
-                    let help = format!(
-                        "it must be a finite number at every {noun}, at all times of the run"
-                    );
+                    let range = N::RANGE;
+                    let help =
+                        format!("it must be {range} at every {noun}, at all times of the run");
                     return Err(EffectError { key, message, help: Some(help) });
                 }
                 drop(start);

@@ -2,8 +2,8 @@
 
 use std::any::Any;
 
-use super::FieldValues;
 use super::signal_factor::SignalFactor;
+use super::{FieldValues, WrongCoefficient};
 use crate::Vec3;
 use crate::kinetics::formula::SpeciesFormula;
 use crate::sheet::Sheet;
@@ -49,6 +49,11 @@ pub trait Transport: Send + Sync + 'static {
     /// species live on faces.
     fn flux_edges(&self) -> Vec<[usize; 2]> {
         Vec::new()
+    }
+
+    /// The first point where a rate of it that depends on time is negative or no number, of a transport with sources.
+    fn inadmissible(&self, _on: (&Sheet, f64)) -> Option<WrongCoefficient> {
+        None
     }
 
     /// Whether its operator on any shape is that of `other`: one then serves both.
@@ -225,6 +230,7 @@ any_transport! {
     has_sources() -> bool;
     speed_key() -> &'static str;
     flux_edges() -> Vec<[usize; 2]>;
+    inadmissible(on: (&Sheet, f64)) -> Option<WrongCoefficient>;
     add_rate(on: (&Sheet, f64), operator: &Operator, c: &[f64], out: &mut [f64]);
     spectral_bound(on: (&Sheet, f64), operator: &Operator) -> f64;
     entries(on: (&Sheet, f64), operator: &Operator, emit: &mut dyn FnMut(usize, usize, f64));

@@ -19,6 +19,7 @@ use super::signals::Signals;
 use super::unreliable_results::UnreliableResults;
 use crate::effects::{
     DirectedLengthFactor, DirichletValues, Measure, Operator, TransportInputs, TransportTerm,
+    WrongCoefficient,
 };
 use crate::kinetics::{
     Batch, Column, Descriptor, Feedback, Kinetics, KineticsError, Location, Outcome, Quantity,
@@ -422,7 +423,7 @@ impl Chemistry {
     /// Adds the rate of one transport to `out`.
     ///
     /// # Errors
-    /// If its coefficient reads species, or its factor signals, and is inadmissible somewhere.
+    /// If its coefficient reads species, its factor signals or its rate the time, and is inadmissible somewhere.
     pub fn add_transport(
         &self,
         on: (&Sheet, f64),
@@ -430,14 +431,16 @@ impl Chemistry {
         inputs: TransportInputs<'_>,
         out: &mut [f64],
     ) -> Result<(), ModelError> {
-        term.add_rate_of(on, operator, inputs, out).map_err(|wrong| ModelError::Coefficient {
-            key: term.coefficient_key(),
-            effect: term.name(),
-            range: if term.has_sign() { "a number ≥ 0" } else { "a finite number" },
-            species: self.descriptor().species[term.species()].name.clone(),
-            location: self.location,
-            point: wrong.point,
-            value: wrong.value,
+        let range = if term.has_sign() { "a number ≥ 0" } else { "a finite number" };
+        term.add_rate_of(on, operator, inputs, out).map_err(|WrongCoefficient { point, value }| {
+            let (key, effect, location) = (term.coefficient_key(), term.name(), self.location);
+            let (species, time) = (self.descriptor().species[term.species()].name.clone(), on.1);
+            match term.has_sources() && !term.has_factor() {
+                true => ModelError::Rate { key, effect, species, location, point, value, time },
+                false => {
+                    ModelError::Coefficient { key, effect, range, species, location, point, value }
+                }
+            }
         })
     }
 

@@ -83,6 +83,28 @@ pub enum ModelError {
         /// The coefficient.
         value: f64,
     },
+    /// A rate of exchange, by a formula of the time, that is negative or no number.
+    #[error(
+        "{key}: the rate of {effect} of `{species}` becomes {} at {} {point} at time {time}; it must be a number ≥ 0 at all \
+         times of the run",
+        Short(*value), location.noun()
+    )]
+    Rate {
+        /// Its key.
+        key: String,
+        /// Name of the effect.
+        effect: &'static str,
+        /// The species.
+        species: String,
+        /// Where species live.
+        location: Location,
+        /// Number of the point.
+        point: usize,
+        /// The rate.
+        value: f64,
+        /// The time.
+        time: f64,
+    },
     /// Another rank has no value; that is its error.
     #[error("another rank has failed")]
     Elsewhere {
@@ -159,7 +181,9 @@ impl ModelError {
             | Self::Internal { .. }
             | Self::Coefficient { .. } => true,
             Self::Elsewhere { recoverable } => *recoverable,
-            Self::Coupling { .. } | Self::Growth { .. } | Self::Linear(_) => false,
+            Self::Coupling { .. } | Self::Growth { .. } | Self::Rate { .. } | Self::Linear(_) => {
+                false
+            }
         }
     }
 }

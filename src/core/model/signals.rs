@@ -21,6 +21,8 @@
 //! strain is multiplied by that of its triangle.
 
 mod derivatives;
+#[cfg(test)]
+mod tests;
 
 pub(crate) use derivatives::Derivatives;
 
@@ -115,12 +117,12 @@ impl Signals {
         Self { planar, ..self }
     }
 
-    /// The same with curvatures at the boundary of `sheet` by a rule. A part of a sheet has only 0.
+    /// The same with curvatures at the boundary of `sheet` by a rule. A sheet over ranks has only 0.
     #[must_use]
     pub fn with_boundary(self, rule: AtBoundary, sheet: &Sheet) -> Self {
         let fitted = rule == AtBoundary::OneSided
             && self.reads_curvature()
-            && sheet.reduction().distribution().is_none();
+            && sheet.reduction().ranks().is_none();
         Self { fit: fitted.then(|| Arc::new(BoundaryFit::new(sheet))), ..self }
     }
 
@@ -149,8 +151,10 @@ impl Signals {
             let _scope = self.scope(0, what);
             let mut curvature = Curvature::evaluate(shape, &self.area);
             if let Some(fit) = &self.fit {
-                fit.extend(&mut curvature.mean);
-                fit.extend(&mut curvature.gaussian);
+                let mut both = [&mut curvature.mean, &mut curvature.gaussian].map(std::mem::take);
+                both.iter_mut().for_each(|values| fit.extend(values));
+                shape.sheet.reduction().update_ghost_columns(&mut both);
+                [curvature.mean, curvature.gaussian] = both;
             }
             curvature
         })

@@ -63,6 +63,15 @@ impl Reduction {
         self.0.as_ref().map_or(&[], |share| &share.periods)
     }
 
+    /// The shortest of `vector` and its sums with periods; `vector` on sheets that are not periodic.
+    #[must_use]
+    pub fn nearest_image(&self, mut vector: Vec3) -> Vec3 {
+        for period in self.periods() {
+            vector -= period * (vector.dot(period) / period.norm_squared()).round();
+        }
+        vector
+    }
+
     /// Where a sheet with ghosts is, for messages: `None` of one without.
     #[must_use]
     pub fn place(&self) -> Option<&'static str> {

@@ -16,6 +16,12 @@ pub(super) fn check_scene(scene: &Scene, simulation: &Simulation) -> Result<(), 
     if !simulation.model().moves() && scene.kinetics.is_empty() {
         return at("effect", "no effect has an energy: every shape is an equilibrium", None);
     }
+    if !simulation.sheet().reduction().periods().is_empty() {
+        let message = "branches of equilibria are not followed on a periodic sheet";
+        let help =
+            "leave it out, for a rectangle of several waves; or run the scene with [stability]";
+        return at("sheet.periodic", message, Some(help));
+    }
     // The effect that contributed part `k` of those counted by `of`.
     let owner = |of: fn(&EffectParts) -> usize, k: usize| {
         let mut count = 0;

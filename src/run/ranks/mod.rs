@@ -69,7 +69,7 @@ pub(super) fn check(scene: &Scene, periodic: bool) -> Result<()> {
     if watched && !periodic {
         return refuse("stability", "stability is not watched", "leave [stability] out");
     }
-    if scene.kinetics.iter().any(|law| law.boundary == AtBoundary::OneSided) {
+    if !periodic && scene.kinetics.iter().any(|law| law.boundary == AtBoundary::OneSided) {
         let help = "boundary = \"zero\"";
         return refuse("kinetics", "curvatures at the boundary are not extrapolated", help);
     }

@@ -1,7 +1,7 @@
 //! Gmsh's MSH formats 2 (2.0 to 2.2) and 4 (4.0, 4.1), text or binary.
 //!
-//! Triangles and quadrangles are read, with the physical groups that they belong to. Points and lines, which Gmsh writes
-//! for the boundary, are left aside, and so are nodes of no triangle (centres of arcs) and all other sections. Vertices keep the order of the file,
+//! Triangles and quadrangles are read, and lines between two nodes, with the physical groups that they belong to. Points and
+//! lines of no group are left aside, and so are nodes of no triangle (centres of arcs) and all other sections. Vertices keep the order of the file,
 //! not the numbers that Gmsh gives nodes. Gmsh reference manual, "Gmsh file formats",
 //! <https://gmsh.info/doc/texinfo/gmsh.html#Gmsh-file-formats>.
 
@@ -393,8 +393,10 @@ impl Mesh<'_> {
         let mut found = [0; 4];
         for corner in &mut found[..corners] {
             let number = self.number(what)?;
-            if area {
-                let node = self.nodes.get(&number).copied();
+            let node = self.nodes.get(&number).copied();
+            if !area {
+                *corner = node.unwrap_or(u32::MAX);
+            } else {
                 *corner = node.ok_or_else(|| {
                     self.stream.fault(format!("{what} names node {number}, which is not in $Nodes"))
                 })?;
@@ -404,6 +406,8 @@ impl Mesh<'_> {
             self.polygons.push(found[..corners].iter().copied());
             self.groups.push(entity);
             self.polygon_lines.push(index(self.stream.number()));
+        } else if corners == 2 && found[..2].iter().all(|node| *node != u32::MAX) {
+            self.groups.push_line([found[0], found[1]], entity);
         } else {
             self.ignored += 1;
         }
@@ -412,7 +416,7 @@ impl Mesh<'_> {
 
     /// The triangles with the nodes that they use.
     fn surface(self) -> Result<Surface, String> {
-        let Self { stream, points, lines, polygons, polygon_lines, groups, ignored, .. } = self;
+        let Self { stream, points, lines, polygons, polygon_lines, groups, mut ignored, .. } = self;
         let text = stream.coding == Coding::Text;
         let found = polygons.triangles(&points, |k| match text {
             true => format!("line {}: the element", polygon_lines[k]),
@@ -421,12 +425,7 @@ impl Mesh<'_> {
         let mut surface = Surface::default();
         surface.notes.extend(found.note());
         let of = |t: usize| found.polygon.get(t).map_or(t, |&polygon| polygon as usize);
-        groups.finish(&mut surface, (0..found.corners.len()).map(of));
-        if ignored > 0 {
-            surface
-                .notes
-                .push(format!("{ignored} points and lines among the elements were ignored"));
-        }
+        groups.of_surfaces(&mut surface, (0..found.corners.len()).map(of));
         if text {
             surface.triangle_lines = found.spread_lines(polygon_lines);
         }
@@ -434,13 +433,18 @@ impl Mesh<'_> {
         for &v in found.corners.iter().flatten() {
             used[v as usize] = true;
         }
-        let mut new = vec![0; points.len()];
+        let mut new = vec![u32::MAX; points.len()];
         for (v, point) in points.iter().enumerate().filter(|(v, _)| used[*v]) {
             new[v] = index(surface.points.len());
             surface.points.push(*point);
             if text {
                 surface.point_lines.push(lines[v]);
             }
+        }
+        ignored += groups.of_curves(&mut surface, &new);
+        if ignored > 0 {
+            let note = format!("{ignored} points and lines among the elements were ignored");
+            surface.notes.push(note);
         }
         let loose = points.len() - surface.points.len();
         if loose > 0 {

@@ -1,4 +1,5 @@
-//! Physical groups of surfaces in Gmsh's files: arrays on triangles, 1 in the group and 0 elsewhere.
+//! Physical groups in Gmsh's files: arrays, 1 in the group and 0 elsewhere, on triangles of groups of surfaces, and on points of
+//! groups of curves.
 //!
 //! Version 2 has the number of the group at each element; version 4 has those of each entity, and the entity at each block
 //! of elements. `$PhysicalNames` gives numbers a name; a group without one is called by its number.
@@ -9,7 +10,8 @@ use super::stream::{Coding, Scalar, Stream};
 use crate::Surface;
 use crate::surface::Array;
 
-/// Dimension of a surface.
+/// Dimensions of curves and surfaces.
+const CURVE: usize = 1;
 const SURFACE: usize = 2;
 
 /// Groups that are read of every mesh, and numbers in all arrays together to which more are.
@@ -19,12 +21,14 @@ const MAX_NUMBERS: usize = 1 << 24;
 /// What is read of them.
 #[derive(Debug, Default)]
 pub(super) struct PhysicalGroups {
-    /// By their numbers.
-    names: HashMap<i64, String>,
-    /// Groups of each surface entity, in version 4.
-    of_entity: Option<HashMap<i64, Vec<i64>>>,
+    /// By their dimensions and numbers.
+    names: HashMap<(usize, i64), String>,
+    /// Groups of each entity, by its dimension and number, in version 4.
+    of_entity: Option<HashMap<(usize, i64), Vec<i64>>>,
     /// Entity of every polygon, or its group in version 2.
     entities: Vec<i64>,
+    /// Nodes of every line, and the same.
+    lines: Vec<([u32; 2], i64)>,
 }
 
 impl PhysicalGroups {
@@ -36,8 +40,8 @@ impl PhysicalGroups {
             let dimension = stream.count(Scalar::I32, &what)?;
             let number = stream.integer(Scalar::I32, &what)?;
             let name = String::from_utf8_lossy(stream.line().unwrap_or_default());
-            if dimension == SURFACE {
-                self.names.insert(number, name.trim_matches('"').to_owned());
+            if [CURVE, SURFACE].contains(&dimension) {
+                self.names.insert((dimension, number), name.trim_matches('"').to_owned());
             }
         }
         stream.coding = coding;
@@ -72,8 +76,8 @@ impl PhysicalGroups {
                 if dimension > 0 {
                     numbers()?;
                 }
-                if dimension == SURFACE {
-                    of_entity.insert(entity, groups);
+                if [CURVE, SURFACE].contains(&dimension) {
+                    of_entity.insert((dimension, entity), groups);
                 }
             }
         }
@@ -86,40 +90,82 @@ impl PhysicalGroups {
         self.entities.push(entity);
     }
 
-    /// Gives `surface` an array a group; `polygons` are those of its triangles.
-    pub(super) fn finish(
-        self,
+    /// Adds a line between two nodes, likewise.
+    pub(super) fn push_line(&mut self, ends: [u32; 2], entity: i64) {
+        self.lines.push((ends, entity));
+    }
+
+    /// Gives `surface` an array a group of surfaces; `polygons` are those of its triangles.
+    pub(super) fn of_surfaces(
+        &self,
         surface: &mut Surface,
         polygons: impl ExactSizeIterator<Item = usize>,
     ) {
-        let (mut members, triangles) = (BTreeMap::<u64, Vec<f64>>::new(), polygons.len());
-        let most = MIN_GROUPS.max(MAX_NUMBERS / triangles.max(1));
-        let mut left_out = false;
-        for (t, polygon) in polygons.enumerate() {
-            let entity = &self.entities[polygon];
+        let count = polygons.len();
+        let elements = polygons.enumerate().map(|(t, polygon)| ([t; 2], self.entities[polygon]));
+        (surface.cell_arrays, _) = self.arrays(SURFACE, count, elements, &mut surface.notes);
+    }
+
+    /// Gives `surface` an array a group of curves, on the points that nodes have become, those from its number of points on being
+    /// none; a name that surfaces have is theirs. The number of lines of no group.
+    pub(super) fn of_curves(&self, surface: &mut Surface, points: &[u32]) -> usize {
+        let count = surface.points.len();
+        let place = |node: u32| points[node as usize] as usize;
+        let elements = self.lines.iter().map(|(ends, entity)| (ends.map(place), *entity));
+        let (mut arrays, loose) = self.arrays(CURVE, count, elements, &mut surface.notes);
+        arrays.retain(|curve| {
+            let free = surface.cell_arrays.iter().all(|array| array.name != curve.name);
+            if !free {
+                let name = &curve.name;
+                let note = format!(
+                    "the physical group `{name}` of curves is left out: surfaces have that name"
+                );
+                surface.notes.push(note);
+            }
+            free
+        });
+        surface.point_arrays = arrays;
+        loose
+    }
+
+    /// For every group of a dimension 1 at those of `count` places that belong to it and 0 elsewhere, by elements with two places and
+    /// an entity; the number of elements of no group.
+    fn arrays(
+        &self,
+        dimension: usize,
+        count: usize,
+        elements: impl Iterator<Item = ([usize; 2], i64)>,
+        notes: &mut Vec<String>,
+    ) -> (Vec<Array>, usize) {
+        let mut members = BTreeMap::<u64, Vec<f64>>::new();
+        let most = MIN_GROUPS.max(MAX_NUMBERS / count.max(1));
+        let (mut left_out, mut loose) = (false, 0);
+        for (places, entity) in elements {
             let groups = match &self.of_entity {
-                Some(of_entity) => of_entity.get(entity).map_or(&[][..], Vec::as_slice),
-                None => std::slice::from_ref(entity),
+                Some(of) => of.get(&(dimension, entity)).map_or(&[][..], Vec::as_slice),
+                None => std::slice::from_ref(&entity),
             };
             // A negative number is that of a group with the opposite orientation.
-            for group in groups.iter().map(|group| group.unsigned_abs()).filter(|group| *group > 0)
-            {
+            let groups = groups.iter().map(|group| group.unsigned_abs()).filter(|group| *group > 0);
+            loose += usize::from(groups.clone().next().is_none());
+            for group in groups {
                 if members.len() < most || members.contains_key(&group) {
-                    members.entry(group).or_insert_with(|| vec![0.0; triangles])[t] = 1.0;
+                    let values = members.entry(group).or_insert_with(|| vec![0.0; count]);
+                    places.iter().filter(|k| **k < count).for_each(|k| values[*k] = 1.0);
                 } else {
                     left_out = true;
                 }
             }
         }
         if left_out {
-            let note = format!("of the physical groups, {most} were read and the others ignored");
-            surface.notes.push(note);
+            notes.push(format!("of the physical groups, {most} were read and the others ignored"));
         }
         let name = |number: u64| {
-            let known = i64::try_from(number).ok().and_then(|number| self.names.get(&number));
+            let known = i64::try_from(number).ok();
+            let known = known.and_then(|number| self.names.get(&(dimension, number)));
             known.cloned().unwrap_or_else(|| number.to_string())
         };
         let array = |(number, values)| Array { name: name(number), components: 1, values };
-        surface.cell_arrays = members.into_iter().map(array).collect();
+        (members.into_iter().map(array).collect(), loose)
     }
 }

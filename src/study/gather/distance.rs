@@ -1,9 +1,11 @@
 //! Distances of states and of runs, and where two runs diverge.
 
+use nalgebra::Vector6;
+
 use crate::Vec3;
-use crate::geometry::{Face, aligned, lumped_areas};
+use crate::geometry::{Face, aligned, aligned_by, lumped_areas};
 use crate::kinetics::Location;
-use crate::model::{Model, State};
+use crate::model::{Model, State, free_motions};
 use crate::num::real;
 use crate::sheet::Sheet;
 
@@ -111,10 +113,12 @@ impl Deviations {
 
 /// The norm that differences of states of one model are measured in: a root mean square over the area at rest,
 /// `‖f‖² = Σ A_i f_i² / Σ A_i`, so that it does not depend on where a mesh is fine. Points without a sheet count
-/// alike.
+/// alike. Of a periodic sheet one period counts.
 #[derive(Debug, Clone)]
 pub struct Norm {
     rest: Vec<Vec3>,
+    /// Rigid motions of a periodic sheet and their radius; none of other sheets, which move freely.
+    motions: Option<(Vec<Vector6<f64>>, f64)>,
     vertices: Vec<f64>,
     faces: Vec<f64>,
     species: Vec<(f64, Location)>,
@@ -128,12 +132,22 @@ impl Norm {
         let face = |corners: &[u32; 3]| {
             Face::from_corners(&corners.map(|v| sheet.rest()[v as usize])).area
         };
-        let faces = sheet.triangles().iter().map(face).collect();
+        let all = sheet.reduction();
+        let own = all.owned(sheet.vertex_count());
+        let counted = &sheet.triangles()[..all.owned(sheet.triangle_count())];
+        let faces = counted.iter().map(face).collect();
         let mut vertices = lumped_areas(sheet);
+        vertices.truncate(own);
         if sheet.triangle_count() == 0 {
             vertices.fill(1.0);
         }
-        Self { rest: sheet.rest().to_vec(), vertices, faces, species, moves: true }
+        let motions = (!all.periods().is_empty()).then(|| {
+            let free = vec![[false; 3]; sheet.vertex_count()];
+            let (motions, radius) = free_motions(sheet.rest(), &free, all, |_| 1.0);
+            (motions.iter().map(|motion| motion.parameters).collect(), radius)
+        });
+        let rest = sheet.rest()[..own].to_vec();
+        Self { rest, motions, vertices, faces, species, moves: true }
     }
 
     /// Returns the norm of a model.
@@ -174,7 +188,11 @@ impl Norm {
     /// Distance of `a` from `b`.
     #[must_use]
     pub fn distance(&self, a: &State, b: &State) -> Distance {
-        let aligned = aligned(&a.x, &b.x);
+        let [x, goal] = [&a.x, &b.x].map(|x| &x[..x.len().min(self.rest.len())]);
+        let aligned = match &self.motions {
+            None => aligned(x, goal),
+            Some((motions, radius)) => aligned_by(motions, *radius, x, goal),
+        };
         let over = |squares: &mut dyn Iterator<Item = f64>| mean(&self.vertices, squares).sqrt();
         let moved = over(&mut b.x.iter().zip(&self.rest).map(|(b, r)| (b - r).norm_squared()));
         let apart = over(&mut aligned.iter().zip(&b.x).map(|(a, b)| (a - b).norm_squared()));

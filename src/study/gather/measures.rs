@@ -9,7 +9,8 @@
 //! ```
 //!
 //! the gap between discs of area A_act/N in the middle of discs of area A_tot/N. It depends on the level as
-//! A_act does. Source: Zakharov & Dasbiswas (2021), section on the separation of spots.
+//! A_act does. Source: Zakharov & Dasbiswas (2021), section on the separation of spots. On a periodic sheet
+//! areas are those of one period, and distances those of the nearest images.
 
 use std::f64::consts::PI;
 
@@ -92,7 +93,10 @@ const NEGLIGIBLE_DISPLACEMENT: f64 = 1e-9;
 fn displacements(model: &Model, x: &[Vec3]) -> (f64, f64) {
     let (sheet, rest) = (model.sheet(), model.sheet().rest());
     let (motions, radius) =
-        free_motions(rest, model.mechanics().pins(), model.sheet().reduction(), |_| 1.0);
+        free_motions(rest, model.mechanics().pins(), sheet.reduction(), |_| 1.0);
+    let normals = vertex_normals(sheet, rest);
+    let own = sheet.reduction().owned(x.len());
+    let (x, rest) = (&x[..own], &rest[..own]);
     let placed = match motions.len() {
         0 => x.to_vec(),
         6 => aligned(x, rest),
@@ -101,7 +105,6 @@ fn displacements(model: &Model, x: &[Vec3]) -> (f64, f64) {
             aligned_by(&motions, radius, x, rest)
         }
     };
-    let normals = vertex_normals(sheet, rest);
     let moved = || placed.iter().zip(rest).map(|(x, r)| x - r);
     let seen = |d: f64| if d > NEGLIGIBLE_DISPLACEMENT * radius { d } else { 0.0 };
     let along = moved().zip(&normals).map(|(d, n)| d.dot(n).abs());
@@ -146,9 +149,11 @@ pub fn measure(at: &mut Evaluation<'_>, level: Option<f64>) -> Result<Measures, 
         measures.separation = Some(2.0 * (radius(total) - radius(above)));
     }
     if centres.len() > 1 {
+        let all = model.sheet().reduction();
         let nearest = |k: usize| {
             let others = centres.iter().enumerate().filter(|(other, _)| *other != k);
-            others.map(|(_, other)| (other - centres[k]).norm()).fold(f64::INFINITY, f64::min)
+            let image = |centre: &Vec3| all.nearest_image(centre - centres[k]).norm();
+            others.map(|(_, other)| image(other)).fold(f64::INFINITY, f64::min)
         };
         measures.nearest = Some((0..centres.len()).map(nearest).sum::<f64>() / count);
     }

@@ -1,5 +1,8 @@
 // Pictures and movies: the sheets with names, time and colour bar on one canvas.
 
+/** Least width of a picture on which the numbers of the colour bar do not touch, pixels. */
+const LEAST_WIDTH = 360;
+
 /** Draws all runs without the probe, so many pixels each. */
 function drawBare([width, height]) {
   viewers.forEach(({ canvas }) => { [canvas.width, canvas.height] = [width, height]; });
@@ -29,10 +32,17 @@ function boxOf(steps, size) {
   return [Math.min, Math.min, Math.max, Math.max].map((best, c) => best(...boxes.map(box => box[c])));
 }
 
-/** The part of the height of pictures that is drawn on, with a margin. */
+/** The part of pictures that is drawn on, with a margin: left, top, right, bottom. */
 function partOf(steps, size) {
-  const [, top, , bottom] = boxOf(steps, size);
-  return [Math.max(0, top - 0.03), Math.min(1, bottom + 0.03)];
+  return boxOf(steps, size).map((share, c) => (c < 2 ? Math.max(0, share - 0.03) : Math.min(1, share + 0.03)));
+}
+
+/** The same in pixels; all of the width unless it is to be `narrow`, and then room for the numbers of the bar. */
+function cropped(part, [width, height], narrow) {
+  const [left, top, right, bottom] = part.map((share, c) => Math.round(share * (c % 2 ? height : width)));
+  const room = Math.min(width, Math.max(right - left, LEAST_WIDTH));
+  const from = Math.max(0, Math.min(width - room, Math.round((left + right - room) / 2)));
+  return narrow ? [from, top, room, bottom - top] : [0, top, width, bottom - top];
 }
 
 /** Brings the camera so near that the sheets fill the pictures, by some of the frames. */
@@ -56,16 +66,15 @@ function write(context, text, height, [left, right], base) {
   context.font = context.font.replace(/\d+(\.\d+)?px/, `${height}px`);
 }
 
-/** Pictures of all runs, so many pixels each, of which a part of the height is kept. */
-function pictured({ size, title = "" }, part) {
-  const [width, height] = size;
+/** Pictures of all runs, so many pixels each, of which a part is kept, of a `narrow` one of the width too. */
+function pictured({ size, title = "", narrow = false }, part) {
   drawBare(size);
   showBar();
-  const [top, bottom] = part.map(share => Math.round(share * height));
+  const [left, top, width, height] = cropped(part, size, narrow);
   const across = Math.ceil(Math.sqrt(viewers.length));
   const letter = Math.max(14, Math.round((width * across) / 50));
   const [head, line] = [title ? 2 * letter : 0, members.length > 1 ? 1.6 * letter : 0];
-  const each = Math.round(bottom - top + line);
+  const each = Math.round(height + line);
   const from = head + each * Math.ceil(viewers.length / across);
   const picture = document.createElement("canvas");
   // Encoders of movies want even sizes.
@@ -78,10 +87,10 @@ function pictured({ size, title = "" }, part) {
   write(context, title, letter, [letter, picture.width - letter], 1.4 * letter);
   context.font = `${letter}px system-ui, sans-serif`;
   viewers.forEach(({ canvas, member }, i) => {
-    const [left, above] = [(i % across) * width, head + Math.floor(i / across) * each];
-    context.drawImage(canvas, 0, top, width, bottom - top, left, above + line, width, bottom - top);
+    const [beside, above] = [(i % across) * width, head + Math.floor(i / across) * each];
+    context.drawImage(canvas, left, top, width, height, beside, above + line, width, height);
     const name = member.name.replaceAll(",", ", ");
-    if (line) write(context, name, letter, [left + letter / 2, left + width - letter / 2], above + 1.1 * letter);
+    if (line) write(context, name, letter, [beside + letter / 2, beside + width - letter / 2], above + 1.1 * letter);
   });
   const room = picture.width - 2 * letter;
   const absent = members.length - viewers.length;
@@ -106,14 +115,52 @@ function save(name, url) {
   link.click();
 }
 
-/** The size of the pictures on the page, so many times as large. */
-const sizeOnPage = times => [viewers[0].canvas.width, viewers[0].canvas.height].map(pixels => times * pixels);
+/** Pixels of an inch at which a picture is as large as on the page. */
+const DPI = 96;
+
+/** The checksum of a chunk of a PNG, CRC-32 (ISO 3309). */
+function checksum(bytes) {
+  let sum = -1;
+  for (const byte of bytes) {
+    sum ^= byte;
+    for (let k = 0; k < 8; k += 1) sum = sum & 1 ? (sum >>> 1) ^ 0xedb88320 : sum >>> 1;
+  }
+  return (sum ^ -1) >>> 0;
+}
+
+/** A canvas as the data URL of a PNG with so many pixels an inch, which its chunk pHYs says. */
+function png(canvas, dpi) {
+  const file = atob(canvas.toDataURL("image/png").split(",")[1]);
+  const chunk = new DataView(new ArrayBuffer(21));
+  chunk.setUint32(0, 9);
+  [..."pHYs"].forEach((letter, i) => chunk.setUint8(4 + i, letter.charCodeAt(0)));
+  [8, 12].forEach(at => chunk.setUint32(at, Math.round(dpi / 0.0254)));
+  chunk.setUint8(16, 1);
+  chunk.setUint32(17, checksum(new Uint8Array(chunk.buffer, 4, 13)));
+  // It follows the signature and the header.
+  const parts = [file.slice(0, 33), String.fromCharCode(...new Uint8Array(chunk.buffer)), file.slice(33)];
+  return `data:image/png;base64,${btoa(parts.join(""))}`;
+}
+
+/** The size of the pictures on the page. */
+const sizeOnPage = () => [viewers[0].canvas.width, viewers[0].canvas.height];
+
+/** What the form asks of pictures of a size on the page and a share of its width; without a number there so many times as large. */
+function asked([width, height], factor, share = 1) {
+  const given = Math.max(0, element("picture-width").value);
+  const across = Math.ceil(Math.sqrt(viewers.length));
+  const scale = given > 0 ? Math.min(8192 / width, given / (share * width * across)) : factor;
+  const size = [width, height].map(pixels => Math.max(1, Math.round(scale * pixels)));
+  return { size, scale, title: element("picture-title").value };
+}
 
 /** The pictures as one PNG, twice as large as on the page. */
 function shot() {
-  const size = sizeOnPage(2);
-  const picture = pictured({ size }, partOf([state.step], size));
-  save(`-${String(state.step).padStart(6, "0")}.png`, picture.toDataURL("image/png"));
+  const shown = sizeOnPage();
+  const part = partOf([state.step], shown);
+  const { size, scale, title } = asked(shown, 2, part[2] - part[0]);
+  const picture = pictured({ size, title, narrow: true }, part);
+  save(`-${String(state.step).padStart(6, "0")}.png`, png(picture, DPI * scale));
   redraw();
 }
 
@@ -127,7 +174,7 @@ async function record() {
   }
   if (timer !== null) play();
   element("movie").disabled = true;
-  const [before, size] = [state.step, sizeOnPage(1)];
+  const [before, { size, title }] = [state.step, asked(sizeOnPage(), 1)];
   const part = partOf(everyStep(), size);
   const movie = document.createElement("canvas");
   const stream = movie.captureStream(0);
@@ -138,7 +185,7 @@ async function record() {
   for (let k = 0; k <= times.length; k += 1) {
     // The last frame stays for as long as the others.
     state.step = Math.min(k, times.length - 1);
-    const picture = pictured({ size }, part);
+    const picture = pictured({ size, title }, part);
     if (k === 0) {
       [movie.width, movie.height] = [picture.width, picture.height];
       recorder.start();
@@ -184,6 +231,6 @@ function pictures(wanted) {
   const part = partOf(steps, wanted.size);
   return steps.map(step => {
     state.step = step;
-    return `${times[step]} ${pictured(wanted, part).toDataURL("image/png")}`;
+    return `${times[step]} ${png(pictured(wanted, part), wanted.dpi)}`;
   });
 }

@@ -108,7 +108,11 @@ impl Signals {
             };
             match &self.fit {
                 _ if !boundary[i] => add(i, share),
-                Some(fit) => fit.weights(i).iter().for_each(|(j, weight)| add(*j, weight * share)),
+                Some(fit) => {
+                    // An image has the value of its owner, and moves as it does.
+                    let weights = fit.weights(shape.sheet.number(i) as usize);
+                    weights.iter().for_each(|(j, weight)| add(*j, weight * share));
+                }
                 None => {}
             }
         });
