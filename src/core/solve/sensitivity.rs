@@ -71,7 +71,7 @@ impl Point {
         if !self.steady_species {
             state.species.clone_from_slice(species);
         }
-        model.hold(&mut state.species);
+        model.hold(state.time, &mut state.species);
         state
     }
 
