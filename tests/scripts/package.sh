@@ -2,12 +2,25 @@
 # Builds a relocatable archive and a Debian package, installs and tests both without source, target directory and environment.
 # usage: package.sh [DIR]; DIR is target/package if not given
 #
-# From the programs in target/release as `cargo build --release` leaves them; debug information is stripped from copies.
+# The programs are linked by zig from PyPI for glibc 2.31 or newer; where it cannot be installed, and with RUMPLE_NATIVE=1, they are
+# those that `cargo build --release` has left in target/release. Debug information is stripped from copies.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 out=${1:-target/package}
-release=${CARGO_TARGET_DIR:-target}/release
+oldest=2.31
+zig=target/python/zig
+if [[ -z ${RUMPLE_NATIVE:-} ]] && python3 -m venv "$zig" \
+    && "$zig/bin/pip" install --quiet --disable-pip-version-check ziglang cargo-zigbuild; then
+    # Objects for another linker are kept apart; cargo-zigbuild asks the first python3 for zig.
+    built=${CARGO_TARGET_DIR:-$PWD/target}/zig
+    CARGO_TARGET_DIR=$built PATH=$PWD/$zig/bin:$PATH \
+        cargo-zigbuild zigbuild --release --locked --target "$(uname -m)-unknown-linux-gnu.$oldest"
+    release=$built/$(uname -m)-unknown-linux-gnu/release
+else
+    echo "left out: a link for glibc $oldest by zig; the C library of this system is needed"
+    release=${CARGO_TARGET_DIR:-target}/release oldest=
+fi
 [[ -x $release/rumple ]] || { echo "package.sh: no $release/rumple; run cargo build --release first" >&2; exit 2; }
 version=$("$release/rumple" --version | cut -d' ' -f2)
 machine=$(uname -m)
@@ -17,7 +30,7 @@ plugins=(brusselator curvature-feedback gray-scott hires oregonator robertson sc
 
 size() { du -bc "$@" | tail -1 | cut -f1 | numfmt --to=iec; }
 
-# Program, plugins, scenes, SDK, completions, pages and licences below a root, as bin, lib and share.
+# Program, plugins, scenes, SDK, completions, pages, book and licences below a root, as bin, lib and share.
 tree() {
     local root=$1
     install -Dm755 "$release/rumple" "$root/bin/rumple"
@@ -29,7 +42,8 @@ tree() {
     done
     mkdir -p "$root/share/rumple" "$root/share/man/man1"
     # Scenes of the hard cases want files that their tests make.
-    (cd models && find . -name '*.toml' -not -path './hard/*' -exec cp --parents {} "$scratch/models" \;)
+    (cd models && find . \( -name '*.toml' -o -name '*.svg' -o -name '*.msh' \) -not -path './hard/*' \
+        -exec cp --parents {} "$scratch/models" \;)
     cp -r "$scratch/models" "$root/share/rumple/models"
     sdk "$root/share/rumple/plugins"
     "$root/bin/rumple" schema --out "$root/share/rumple/scene.schema.json"
@@ -39,7 +53,10 @@ tree() {
     completion zsh zsh/vendor-completions/_rumple
     completion fish fish/vendor_completions.d/rumple.fish
     mkdir -p "$root/share/doc/rumple"
-    cp LICENSE-MIT LICENSE-APACHE CHANGELOG.md CITATION.cff "$root/share/doc/rumple/"
+    cp LICENSE-MIT LICENSE-APACHE CHANGELOG.md CITATION.cff README.md "$root/share/doc/rumple/"
+    # The book beside the scenes that it links to.
+    git ls-files docs/book | xargs cp --parents -t "$root/share/doc/rumple"
+    ln -s ../../rumple/models "$root/share/doc/rumple/models"
 }
 
 # The crates that a plugin in Rust is built with, as a workspace with the tables of this one that they refer to.
@@ -84,6 +101,10 @@ try() {
         grep -q -- --force again.txt
         env -i "$rumple" run "${small[@]}" --force >/dev/null
         sha256sum --quiet -c frames.txt
+        # Scenes with a mesh and an outline beside them.
+        for scene in petal oak; do
+            env -i "$rumple" check "$root/share/rumple/models/plates/$scene.toml" >/dev/null
+        done
         env -i "$rumple" new mine --from turing >/dev/null
         env -i "$rumple" run mine.toml --out mine --quiet --set sheet.vertices=200 --set time.until=0.1 \
             --set output.every=0.1 >/dev/null
@@ -94,6 +115,11 @@ try() {
         # As a shell does it: `rumple ru<tab>`.
         bash -c 'source "$1"; COMP_WORDS=(rumple ru); COMP_CWORD=1; _rumple rumple ru rumple; echo "${COMPREPLY[*]}"' \
             - "$root/share/bash-completion/completions/rumple" | grep -qw run
+    )
+    (
+        cd "$root/share/doc/rumple"
+        grep -o '(docs/book/[^)#]*' README.md | tr -d '(' | xargs ls >/dev/null
+        [[ -s docs/book/manual/first-run.md && -s models/model-i/small.toml ]]
     )
     gunzip -c "$root/share/man/man1/rumple-run.1.gz" | grep -q '^.SH OPTIONS'
     if command -v man >/dev/null; then
@@ -157,6 +183,8 @@ mkdir -p "$deb/DEBIAN"
 cp -r "$scratch/$name" "$deb/usr"
 # The least C library that has every symbol that is used.
 libc=$(objdump -T "$deb/usr/bin/rumple" "$deb"/usr/lib/rumple/plugins/*.so | grep -o 'GLIBC_[0-9.]*' | cut -d_ -f2 | sort -Vu | tail -1)
+[[ -z $oldest || $(printf '%s\n' "$libc" "$oldest" | sort -V | tail -1) == "$oldest" ]] \
+    || { echo "package.sh: the program needs glibc $libc, newer than $oldest" >&2; exit 1; }
 arch=$(dpkg --print-architecture)
 cat >"$deb/DEBIAN/control" <<CONTROL
 Package: rumple
