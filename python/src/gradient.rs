@@ -7,11 +7,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rumple::study::gradient::{self, Evaluated, Request};
 
+use crate::convert;
 use crate::engine::Pending;
 use crate::law::Law;
 use crate::plugins::Plugins;
 use crate::scene::SceneOrFile;
-use crate::convert;
 
 /// J(p) and dJ/dp of the equilibria of a scene.
 #[pyclass(module = "rumple")]
@@ -117,9 +117,11 @@ impl Objective {
             Measures::One(text) => vec![text],
             Measures::All(texts) => texts,
         };
-        let request = Request { scene: source, set, measures, numbers: parameters, fields, at_start };
+        let request =
+            Request { scene: source, set, measures, numbers: parameters, fields, at_start };
         let control = pending.control();
-        let made = pending.call(py, &mut false, move || gradient::Objective::new(request, search, control))?;
+        let made = pending
+            .call(py, &mut false, move || gradient::Objective::new(request, search, control))?;
         Ok(Self { work: Mutex::new(Work { objective: made, last: None }), pending, broken: false })
     }
 
@@ -141,7 +143,11 @@ impl Objective {
     }
 
     /// dJ/dp.
-    fn gradient<'py>(&mut self, py: Python<'py>, x: Vec<f64>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    fn gradient<'py>(
+        &mut self,
+        py: Python<'py>,
+        x: Vec<f64>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let gradient = self.with(py, |work| work.gradient(&x))?;
         Ok(PyArray1::from_vec(py, gradient))
     }
@@ -152,8 +158,7 @@ impl Objective {
         py: Python<'py>,
         x: Vec<f64>,
     ) -> PyResult<(f64, Bound<'py, PyArray1<f64>>)> {
-        let (value, gradient) =
-            self.with(py, |work| Ok((work.value(&x)?, work.gradient(&x)?)))?;
+        let (value, gradient) = self.with(py, |work| Ok((work.value(&x)?, work.gradient(&x)?)))?;
         Ok((value, PyArray1::from_vec(py, gradient)))
     }
 
@@ -171,7 +176,11 @@ impl Objective {
     }
 
     /// The shape at rest with the parameters `x`, n × 3.
-    fn positions<'py>(&mut self, py: Python<'py>, x: Vec<f64>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn positions<'py>(
+        &mut self,
+        py: Python<'py>,
+        x: Vec<f64>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let positions = self.with(py, |work| Ok(work.at(&x)?.state().x.to_vec()))?;
         convert::vectors(py, &positions)
     }

@@ -29,7 +29,9 @@ impl Scene {
     pub(crate) fn source(&self) -> (SceneSource, Vec<String>) {
         let source = match &self.text {
             None => SceneSource::File(self.checked.file().to_owned()),
-            Some(text) => SceneSource::Text { text: text.clone(), name: self.checked.name().to_owned() },
+            Some(text) => {
+                SceneSource::Text { text: text.clone(), name: self.checked.name().to_owned() }
+            }
         };
         (source, self.set.clone())
     }

@@ -37,7 +37,7 @@ fn energy_after(scene: &str) -> f64 {
     let mut rows = ledger.lines().map(|row| row.split(',').collect::<Vec<_>>());
     let titles = rows.next().unwrap();
     let column = titles.iter().position(|title| title.contains("total energy")).unwrap();
-    rows.last().unwrap()[column].parse().unwrap()
+    rows.next_back().unwrap()[column].parse().unwrap()
 }
 
 #[test]

@@ -16,14 +16,14 @@ fn a_table_a_document_and_a_map() {
     let said = run("--with material.thickness --map material.young --vtu map.vtu --json");
     let about: serde_json::Value = serde_json::from_str(&said).unwrap();
     assert_eq!(about["parameters"][0]["key"], "material.thickness");
-    let map = rumple::sheet::read::surface(&folder.path().join("map.vtu")).unwrap();
+    let map = rumple::sheet::read::surface(folder.path().join("map.vtu")).unwrap();
     let slopes = map.point_array("dJ/d(material.young)").unwrap();
     // Every modulus raised by one per cent softens the plate less and less.
     assert!(slopes.values.iter().sum::<f64>() < 0.0);
     // One thread and two find the same bits.
     let again = run("--map material.young --vtu other.vtu --threads 1");
     assert!(again.contains("(map)"), "{again}");
-    let other = rumple::sheet::read::surface(&folder.path().join("other.vtu")).unwrap();
+    let other = rumple::sheet::read::surface(folder.path().join("other.vtu")).unwrap();
     assert!(other.point_array("dJ/d(material.young)").unwrap() == slopes);
 }
 

@@ -79,7 +79,7 @@ impl Measure {
                 Kind::Integral { formula, mean: name == "mean" }
             }
             (_, Some(("shape", file))) => {
-                let surface = sheet::read::surface(&PathBuf::from(file.trim()))?;
+                let surface = sheet::read::surface(PathBuf::from(file.trim()))?;
                 let (given, needed) = (surface.points.len(), model.sheet().vertex_count());
                 if given != needed {
                     return refuse(format!(
