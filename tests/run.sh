@@ -97,7 +97,7 @@ heading "the schema of scenes"
 "$venv/bin/python" tests/scripts/schema.py target/release/rumple
 
 heading "archive and Debian package, away from the source"
-tests/scripts/package.sh target/package
+RUMPLE_NATIVE=1 tests/scripts/package.sh target/package
 
 heading "an effect of another crate"
 target/release/indenter run examples/indenter/plate.toml --out target/check/indenter --force --quiet
