@@ -48,8 +48,8 @@ Examples:
   rumple gradient leaf.toml --measure 'shape(target.obj)' --map effect.growth.factor --vtu map.vtu
 
 Differentiated is the equilibrium at the end of the scene's time; with a law the steady state of shape and chemistry there. One linear
-solution gives the derivatives by any number of parameters. Not covered: runs that end at no rest, constraints, remodelling and
-plasticity, periodic sheets.";
+solution gives the derivatives by any number of parameters. Not covered: runs that do not come to rest, species on triangles,
+constraints, remodelling and plasticity, periodic sheets.";
 
 pub(super) fn run(args: &GradientArgs) -> Result<()> {
     args.scene.with_threads(|| run_in_pool(args))

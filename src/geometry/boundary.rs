@@ -41,7 +41,7 @@ impl BoundaryFit {
         Self { weights: boundary.map(|i| (i, weights(sheet, i))).collect() }
     }
 
-    /// Interior vertices and weights at the boundary vertex `i`, which is no image.
+    /// Interior vertices and weights at the boundary vertex `i`, one that the sheet owns.
     #[must_use]
     pub fn weights(&self, i: usize) -> &[(usize, f64)] {
         self.weights.get(&i).map_or(&[], Vec::as_slice)

@@ -291,7 +291,7 @@ pub(crate) fn read_surface(
 /// The values of the field `value`, as a scene has it, at the vertices and at the triangles of `sheet`.
 ///
 /// # Errors
-/// What is no field, or has no values there.
+/// A value of another type, or one that cannot be evaluated there.
 pub(crate) fn field_values(
     scene: &Scene,
     sheet: &Sheet,
@@ -305,7 +305,6 @@ pub(crate) fn field_values(
         Err(error) => Err(error.message),
     };
     let at_vertices = on(Location::Vertex, sheet.vertex_count())?;
-    // A file may have values at the vertices or at the triangles alone; the second serve as the first.
     Ok([at_vertices, on(Location::Face, sheet.triangle_count())?])
 }
 

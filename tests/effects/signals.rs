@@ -158,7 +158,7 @@ fn totals_change_by_what_flows_in() {
     }
 }
 
-/// Signals are evaluated for those that read them, and for nobody else.
+/// Only signals that a law or a transport reads are evaluated.
 #[test]
 fn only_signals_that_are_read_are_evaluated() {
     let wanted = |rate: &str, value: &str| {

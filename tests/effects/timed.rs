@@ -196,7 +196,7 @@ fn flux_and_exchange_may_change_in_time() {
     }
 }
 
-/// A rate below 0 lets the concentration run away from its surroundings.
+/// A rate below 0 makes the concentration diverge from that of its surroundings.
 #[test]
 fn a_rate_of_exchange_that_becomes_negative_ends_the_run() {
     let text = |rate: &str, integrator: &str, location: &str| {

@@ -96,7 +96,7 @@ fn wrinkles_across_a_period_have_their_width() {
     let edge = (4.0 / 3f64.sqrt() * 384.0 / 12000.0).sqrt();
     let error = found.wrinkle_width.unwrap() * edge / 4.0 - 1.0;
     assert!(error.abs() < 0.05, "{found:?}");
-    // The translation is no deflection.
+    // A translation does not count as deflection.
     assert!((found.amplitude / 0.2 - 1.0).abs() < 1e-3, "{found:?}");
 }
 
