@@ -1,11 +1,11 @@
-//! Measures of an equilibrium as functions of parameters, with gradients: what optimisers take.
+//! Measures of an equilibrium, or of a run in time, as functions of parameters, with gradients: what optimisers take.
 
 use std::sync::{Mutex, PoisonError};
 
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rumple::study::gradient::{self, Evaluated, Request};
+use rumple::study::gradient::{self, Evaluated, Place, Request};
 
 use crate::convert;
 use crate::engine::Pending;
@@ -13,7 +13,7 @@ use crate::law::Law;
 use crate::plugins::Plugins;
 use crate::scene::SceneOrFile;
 
-/// J(p) and dJ/dp of the equilibria of a scene.
+/// J(p) and dJ/dp of the equilibria of a scene, or of its run in time.
 #[pyclass(module = "rumple")]
 pub(crate) struct Objective {
     work: Mutex<Work>,
@@ -95,9 +95,10 @@ impl Objective {
 #[pymethods]
 impl Objective {
     /// Of a scene or its file; `measure` is one text or several, whose sum is J, `parameters` are keys of numbers and `fields` keys
-    /// of fields.
+    /// of fields. J is that of the state at rest at the end of the scene; `at_start`, of the first equilibrium; `in_time`, of the run at its end,
+    /// or the sum over `times`.
     #[new]
-    #[pyo3(signature = (scene, measure, parameters = Vec::new(), fields = Vec::new(), *, at_start = false, law = None, plugins = None))]
+    #[pyo3(signature = (scene, measure, parameters = Vec::new(), fields = Vec::new(), *, at_start = false, in_time = false, times = Vec::new(), law = None, plugins = None))]
     fn new(
         py: Python<'_>,
         scene: SceneOrFile<'_>,
@@ -105,6 +106,8 @@ impl Objective {
         parameters: Vec<String>,
         fields: Vec<String>,
         at_start: bool,
+        in_time: bool,
+        times: Vec<f64>,
         law: Option<Py<Law>>,
         plugins: Option<Plugins>,
     ) -> PyResult<Self> {
@@ -113,12 +116,21 @@ impl Objective {
         let host_law = scene.get().host_law(law.as_ref().map(Py::get), &pending.law);
         let search = Plugins::search(plugins.as_ref()).with_law(host_law);
         let (source, set) = scene.get().source();
+        let place = match (at_start, in_time || !times.is_empty()) {
+            (true, false) => Place::Start,
+            (false, true) => Place::InTime(times),
+            (false, false) => Place::End,
+            (true, true) => {
+                let message = "at_start and in_time: the equilibrium at the start is no state in time";
+                return Err(pyo3::exceptions::PyValueError::new_err(message));
+            }
+        };
         let measures = match measure {
             Measures::One(text) => vec![text],
             Measures::All(texts) => texts,
         };
         let request =
-            Request { scene: source, set, measures, numbers: parameters, fields, at_start };
+            Request { scene: source, set, measures, numbers: parameters, fields, place };
         let control = pending.control();
         let made = pending
             .call(py, &mut false, move || gradient::Objective::new(request, search, control))?;
@@ -175,7 +187,7 @@ impl Objective {
         Ok(by_name)
     }
 
-    /// The shape at rest with the parameters `x`, n × 3.
+    /// The shape at rest, or at the last time, with the parameters `x`, n × 3.
     fn positions<'py>(
         &mut self,
         py: Python<'py>,

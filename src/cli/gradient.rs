@@ -1,4 +1,4 @@
-//! `rumple gradient SCENE --measure J --with KEY`: derivatives of an equilibrium by its parameters.
+//! `rumple gradient SCENE --measure J --with KEY`: derivatives of an equilibrium, or of a run in time, by parameters.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,7 @@ use super::{SceneArgs, warn};
 use crate::output::{Compression, Field, Frame, Interrupt, ResultFile, vtu};
 use crate::run::{Error, Result, provenance};
 use crate::solve::Control;
-use crate::study::gradient::{Evaluated, Objective, Parameter, Request, SceneSource};
+use crate::study::gradient::{Evaluated, Objective, Parameter, Place, Request, SceneSource};
 
 /// Arguments of `gradient`.
 #[derive(Debug, Args)]
@@ -31,6 +31,12 @@ pub(super) struct GradientArgs {
     /// Differentiate the equilibrium that the scene begins with, at the species there, rather than that at its end.
     #[arg(long)]
     at_start: bool,
+    /// Differentiate the run in time, which need not come to rest: J of the state at its end.
+    #[arg(long, conflicts_with = "at_start")]
+    in_time: bool,
+    /// The same at these times, ascending, with commas between them: J is the sum.
+    #[arg(long, value_name = "T", value_delimiter = ',', conflicts_with = "at_start")]
+    at_times: Vec<f64>,
     /// File for the maps, on the shape: derivatives per rest area, which do not depend on the mesh.
     #[arg(long, visible_alias = "out", value_name = "FILE")]
     vtu: Option<PathBuf>,
@@ -45,11 +51,12 @@ pub(super) struct GradientArgs {
 const EXAMPLES: &str = "\
 Examples:
   rumple gradient plate.toml --measure 'mean(uz)' --with material.thickness --with effect.load.force.per-area[2]
+  rumple gradient spots.toml --measure 'integral((c - 0.5)^2)' --with kinetics.parameters.k --in-time
   rumple gradient leaf.toml --measure 'shape(target.obj)' --map effect.growth.factor --vtu map.vtu
 
 Differentiated is the equilibrium at the end of the scene's time; with a law the steady state of shape and chemistry there. One linear
-solution gives the derivatives by any number of parameters. Not covered: runs that do not come to rest, species on triangles,
-constraints, remodelling and plasticity, periodic sheets.";
+solution gives the derivatives by any number of parameters. With --in-time it is the state of a run that does not rest, by the adjoint of
+a replay. Not covered: species on triangles of a moving sheet, constraints, remodelling and plasticity, periodic sheets.";
 
 pub(super) fn run(args: &GradientArgs) -> Result<()> {
     args.scene.with_threads(|| run_in_pool(args))
@@ -68,7 +75,11 @@ fn run_in_pool(args: &GradientArgs) -> Result<()> {
         measures: args.measure.clone(),
         numbers: args.with.clone(),
         fields: args.map.clone(),
-        at_start: args.at_start,
+        place: match (args.at_start, args.in_time || !args.at_times.is_empty()) {
+            (true, _) => Place::Start,
+            (false, true) => Place::InTime(args.at_times.clone()),
+            (false, false) => Place::End,
+        },
     };
     let mut objective = Objective::new(request, search, control)?;
     let start = objective.values();
@@ -84,6 +95,8 @@ fn run_in_pool(args: &GradientArgs) -> Result<()> {
             "the measure changes with rigid motions that nothing hinders: it is differentiated as if they were held",
         );
     }
+    let doubts = evaluated.course().map(|course| course.doubts(evaluated.value));
+    doubts.into_iter().flatten().for_each(|doubt| warn(&doubt));
     let rows = || objective.parameters().iter().zip(&gradient);
     match args.json {
         true => print_json(args, &evaluated, rows()),
@@ -105,6 +118,10 @@ fn print_table<'a>(
 ) {
     let (value, time) = (evaluated.value, evaluated.state().time);
     say!("J = {} = {value:.9e} at t = {time}", args.measure.join(" + "));
+    if let Some(course) = evaluated.course() {
+        let run = course.of_run().map(|run| format!("; J of the run: {run:.9e}"));
+        say!("replayed with {} steps{}", course.steps(), run.unwrap_or_default());
+    }
     say!("{:<40} {:>14} {:>16} {:>12}", "parameter", "value", "dJ/dp", "p/J dJ/dp");
     for (parameter, slopes) in rows {
         let sum: f64 = slopes.iter().sum();
@@ -137,11 +154,15 @@ fn print_json<'a>(
             true => json!({ "key": parameter.key, "vertices": slopes.len(), "sum": sum }),
         }
     };
+    let course = evaluated
+        .course()
+        .map(|course| json!({ "steps": course.steps(), "value_of_run": course.of_run() }));
     let all = json!({
         "measure": args.measure,
         "value": evaluated.value,
         "time": evaluated.state().time,
         "negative_modes": evaluated.negative_modes(),
+        "replay": course,
         "parameters": rows.map(row).collect::<Vec<_>>(),
     });
     say!("{all:#}");

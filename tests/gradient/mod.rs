@@ -1,10 +1,11 @@
 //! Gradients of equilibria and steady states against central differences of relaxed scenes; what is refused.
 
+mod in_time;
 mod program;
 
 use rumple::kinetics::PluginSearch;
 use rumple::solve::Control;
-use rumple::study::gradient::{Objective, Request, SceneSource};
+use rumple::study::gradient::{Objective, Place, Request, SceneSource};
 
 use crate::common::Noise;
 use crate::plugins::build;
@@ -31,17 +32,17 @@ force = { per-area = [-0.3, 0.0, 0.4] }
 "#;
 
 fn objective(scene: &str, measures: &[&str], numbers: &[&str], fields: &[&str]) -> Objective {
-    made(scene, (measures, numbers, fields), false)
+    made(scene, (measures, numbers, fields), Place::End)
 }
 
 /// The same of the equilibrium that the scene begins with.
 fn start(scene: &str, measures: &[&str], numbers: &[&str], fields: &[&str]) -> Objective {
-    made(scene, (measures, numbers, fields), true)
+    made(scene, (measures, numbers, fields), Place::Start)
 }
 
 type Lists<'a> = (&'a [&'a str], &'a [&'a str], &'a [&'a str]);
 
-fn made(scene: &str, (measures, numbers, fields): Lists<'_>, at_start: bool) -> Objective {
+fn made(scene: &str, (measures, numbers, fields): Lists<'_>, place: Place) -> Objective {
     let owned = |all: &[&str]| all.iter().map(|text| (*text).to_owned()).collect();
     let request = Request {
         scene: SceneSource::Text { text: scene.to_owned(), name: "scene.toml".to_owned() },
@@ -49,7 +50,7 @@ fn made(scene: &str, (measures, numbers, fields): Lists<'_>, at_start: bool) -> 
         measures: owned(measures),
         numbers: owned(numbers),
         fields: owned(fields),
-        at_start,
+        place,
     };
     let search = PluginSearch::in_directories(vec![build::directory().to_owned()]);
     Objective::new(request, search, Control::default()).unwrap_or_else(|e| panic!("{e}"))

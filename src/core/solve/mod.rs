@@ -20,6 +20,7 @@ pub mod monolithic;
 mod positivity;
 mod progress;
 pub mod rejections;
+pub mod replay;
 mod route;
 pub mod sensitivity;
 pub mod stability;

@@ -9,7 +9,7 @@
 //! One solution with the transposed derivative gives the gradient of J(u, p) by any number of parameters. Of rigid motions
 //! that nothing hinders equilibria say nothing: λ has no part along them, as if they were held.
 //! Source: Giles & Pierce, Flow, Turbulence and Combustion 65 (2000) 393, doi:10.1023/A:1011430410075.
-//! Not covered: constraints, whose multipliers are unknowns too; species that evolve in time; internal variables.
+//! Not covered: constraints, whose multipliers are unknowns too; internal variables. Species that evolve in time: `replay`.
 
 use std::sync::Arc;
 
@@ -143,16 +143,6 @@ impl SteadyPoint {
         self.unstable
     }
 
-    /// Whether a measure with these derivatives by the positions changes with rigid motions that nothing hinders.
-    #[must_use]
-    pub fn changes_with_rigid_motions(&self, slope: &[Vec3]) -> bool {
-        let mechanics = self.point.model.mechanics();
-        let reduction = self.point.model.sheet().reduction();
-        let (motions, _) = free_motions(&self.point.state.x, mechanics.pins(), reduction, |_| 1.0);
-        let size = reduction.dot(slope, slope).sqrt();
-        motions.iter().any(|motion| reduction.dot(&motion.shape, slope).abs() > INVARIANT * size)
-    }
-
     /// λ, with `slope` = ∂J/∂u; 0 along fixed directions and for given species.
     ///
     /// # Errors
@@ -282,8 +272,17 @@ impl SteadyPoint {
     }
 }
 
+/// Whether a measure with these derivatives by the positions changes with rigid motions that nothing hinders.
+#[must_use]
+pub fn changes_with_rigid_motions(model: &Model, x: &[Vec3], slope: &[Vec3]) -> bool {
+    let reduction = model.sheet().reduction();
+    let (motions, _) = free_motions(x, model.mechanics().pins(), reduction, |_| 1.0);
+    let size = reduction.dot(slope, slope).sqrt();
+    motions.iter().any(|motion| reduction.dot(&motion.shape, slope).abs() > INVARIANT * size)
+}
+
 /// Refuses what a point has unknowns for besides shape and species.
-fn check(model: &Model) -> Result<()> {
+pub(super) fn check(model: &Model) -> Result<()> {
     let mechanics = model.mechanics();
     if let Some(name) = mechanics.constraint_names().next() {
         let why =
@@ -297,7 +296,7 @@ fn check(model: &Model) -> Result<()> {
     Ok(())
 }
 
-fn not_differentiable(why: String) -> SolveError {
+pub(super) fn not_differentiable(why: String) -> SolveError {
     SolveError::NotDifferentiable { why }
 }
 

@@ -45,10 +45,13 @@ pub struct Breakpoints {
 
 /// Where a step begins, where it is to end at the latest, and the time shown there.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Window {
-    pub(super) start: f64,
-    pub(super) end: f64,
-    pub(super) shown_time: f64,
+pub struct Window {
+    /// Just after a breakpoint.
+    pub start: f64,
+    /// Just before one.
+    pub end: f64,
+    /// The breakpoint itself.
+    pub shown_time: f64,
 }
 
 impl Breakpoints {
@@ -128,7 +131,8 @@ impl Breakpoints {
     }
 
     /// The step from `time` that passes neither `until` nor a breakpoint.
-    pub(super) fn window(&self, time: f64, until: f64) -> Window {
+    #[must_use]
+    pub fn window(&self, time: f64, until: f64) -> Window {
         let mut window = Window { start: time, end: until, shown_time: until };
         let from = self.times.partition_point(|other| *other < time);
         for breakpoint in &self.times[from.saturating_sub(1)..] {
@@ -153,7 +157,7 @@ impl Breakpoints {
     }
 
     /// The same step, no longer than the course of what reads the time allows.
-    pub(super) fn limit(&mut self, window: Window, reduction: &Reduction) -> Window {
+    pub fn limit(&mut self, window: Window, reduction: &Reduction) -> Window {
         self.limited = None;
         if !self.limits {
             return window;

@@ -174,6 +174,16 @@ impl Sparse {
         }
     }
 
+    /// The product of the transposed matrix with `x`.
+    #[must_use]
+    pub fn multiply_transposed(&self, x: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; self.columns()];
+        for (i, x) in x.iter().enumerate() {
+            self.row(i).for_each(|(j, value)| out[j] += value * x);
+        }
+        out
+    }
+
     /// The pattern by columns (CSC): where each column starts, and for every entry its row and its place in the
     /// order of rows.
     #[must_use]

@@ -6,17 +6,21 @@
 //! Applics 13 (1974) 117, doi:10.1093/imamat/13.1.117). r is found by changing single vertices: what a change does not reach stays
 //! the same to the last bit. In the end all are changed along one random direction, which must give the sum.
 
+use std::sync::Arc;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::measure::Measure;
-use super::objective::{Evaluated, Objective};
+use super::objective::{Evaluated, Found, Objective};
 use super::parameter::FIELD_OPTION as OPTION;
+use crate::Vec3;
+use crate::model::{Model, State};
 use crate::run::{Error, Result};
 use crate::sheet::Sheet;
 use crate::solve::continuation::Unknowns;
-use crate::solve::sensitivity::Point;
+use crate::solve::sensitivity::{Point, changes_with_rigid_motions};
 
 /// Step of a difference, relative to the largest value of the parameter: its error is the square of this, and round-off over it.
 const STEP: f64 = 1e-5;
@@ -33,16 +37,61 @@ impl Objective {
     /// # Errors
     /// A derivative that is singular; laws that fail; a field that acts beyond its neighbourhood.
     pub fn gradient(&self, evaluated: &mut Evaluated) -> Result<Vec<Vec<f64>>> {
-        let point = &mut evaluated.point;
-        let slope = |measure: &Measure| measure.slope(&point.point().model, &point.point().state);
+        let Evaluated { at, found, moves, .. } = evaluated;
+        let fixed: Box<dyn Fixed + '_> = match found {
+            Found::AtRest(point) => {
+                let slope = self.slope(&point.point().model, &point.point().state)?;
+                *moves = changes_with_rigid_motions(
+                    &point.point().model,
+                    &point.point().state.x,
+                    &slope.x,
+                );
+                let adjoint = point.adjoint(&slope)?;
+                Box::new(FixedPoint { point: point.point(), adjoint })
+            }
+            Found::InTime(course) => {
+                let fixed = course.adjoint(self)?;
+                *moves = fixed.moves;
+                Box::new(fixed)
+            }
+        };
+        let at = AtFixedState { objective: self, values: at, fixed: &*fixed };
+        (0..self.parameters.len()).map(|k| at.derivative(k)).collect()
+    }
+
+    /// ∂J/∂x and ∂J/∂c.
+    pub(super) fn slope(&self, model: &Model, state: &State) -> Result<Unknowns> {
+        let slope = |measure: &Measure| measure.slope(model, state);
         let slopes = self.measures.iter().map(slope).collect::<Result<Vec<_>>>()?;
         let slope = slopes.into_iter().reduce(|sum, more| sum.plus(1.0, &more));
-        let slope = slope.unwrap_or_default();
-        evaluated.moves = point.changes_with_rigid_motions(&slope.x);
-        let adjoint = point.adjoint(&slope)?;
-        let (values, point) = (&evaluated.at, evaluated.point.point());
-        let at = AtFixedState { objective: self, values, point, adjoint };
-        (0..self.parameters.len()).map(|k| at.derivative(k)).collect()
+        Ok(slope.unwrap_or_default())
+    }
+}
+
+/// A state, or a course of states, at which models of other parameters are evaluated.
+pub(super) trait Fixed: Sync {
+    /// λ·g of `model`, whose species begin as in `start`, by its terms; and the states at which J is measured.
+    ///
+    /// # Errors
+    /// Laws that fail.
+    fn terms(&self, model: &Arc<Model>, start: &State) -> Result<(Unknowns, Vec<State>)>;
+}
+
+/// A state at rest, with λ.
+pub(super) struct FixedPoint<'a> {
+    pub(super) point: &'a Point,
+    pub(super) adjoint: Unknowns,
+}
+
+impl Fixed for FixedPoint<'_> {
+    fn terms(&self, model: &Arc<Model>, start: &State) -> Result<(Unknowns, Vec<State>)> {
+        let state = self.point.state_of(model, &start.species);
+        let mut terms = self.point.imbalance(model, &state)?;
+        terms.x.iter_mut().zip(&self.adjoint.x).for_each(|(g, a)| g.component_mul_assign(a));
+        for (g, adjoint) in terms.species.iter_mut().zip(&self.adjoint.species) {
+            g.iter_mut().zip(adjoint).for_each(|(g, a)| *g *= a);
+        }
+        Ok((terms, vec![state]))
     }
 }
 
@@ -50,9 +99,7 @@ impl Objective {
 struct AtFixedState<'a> {
     objective: &'a Objective,
     values: &'a [Vec<f64>],
-    point: &'a Point,
-    /// λ.
-    adjoint: Unknowns,
+    fixed: &'a dyn Fixed,
 }
 
 /// λ·g + J at one p, or a derivative of it, in parts.
@@ -120,27 +167,25 @@ impl AtFixedState<'_> {
 
     /// λ·g + J with this value of parameter `k`.
     fn parts(&self, k: usize, value: Vec<f64>) -> Result<Parts> {
-        let point = self.point;
         let mut values = self.values.to_vec();
         values[k] = value;
         let (model, start) = self.objective.model(&values)?;
-        let model = &model;
-        let state = point.state_of(model, &start.species);
-        let imbalance = point.imbalance(model, &state)?;
-        let of = |(i, force): (usize, &crate::Vec3)| self.adjoint.x[i].dot(force);
-        let mut vertices: Vec<f64> = imbalance.x.iter().enumerate().map(of).collect();
-        let mut at_points = vec![0.0; state.species.first().map_or(0, Vec::len)];
-        for (adjoint, rates) in self.adjoint.species.iter().zip(&imbalance.species) {
-            at_points.iter_mut().zip(adjoint).zip(rates).for_each(|((sum, a), r)| *sum += a * r);
+        let model = Arc::new(model);
+        let (terms, states) = self.fixed.terms(&model, &start)?;
+        let mut vertices: Vec<f64> = terms.x.iter().map(Vec3::sum).collect();
+        let mut at_points = vec![0.0; terms.species.first().map_or(0, Vec::len)];
+        for values in &terms.species {
+            at_points.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
         }
         let mut whole = 0.0;
-        for measure in &self.objective.measures {
-            match measure.parts(model, &state) {
+        let all = |state| self.objective.measures.iter().map(move |measure| (state, measure));
+        for (state, measure) in states.iter().flat_map(all) {
+            match measure.parts(&model, state) {
                 Some(parts) => {
                     at_points.resize(parts.len(), 0.0);
                     at_points.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
                 }
-                None => whole += measure.value(model, &state)?,
+                None => whole += measure.value(&model, state)?,
             }
         }
         let on_vertices = at_points.len() == vertices.len();

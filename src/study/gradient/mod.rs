@@ -1,4 +1,4 @@
-//! Gradients of measures of an equilibrium, or of a steady state, by parameters of its scene.
+//! Gradients of measures of an equilibrium, of a steady state, or of a run in time, by parameters of its scene.
 //!
 //! ```text
 //! dJ/dp = ∂J/∂p + λ·∂g/∂p        λ by one solution with the transposed derivative (`solve/sensitivity`)
@@ -9,17 +9,19 @@
 //!
 //! [`Objective`] is J(p) with its gradient, for optimisation: inverse design and fits of what is at rest. The point is the
 //! equilibrium at the end of the scene's time, with a law the steady state of shape and chemistry there; or the first equilibrium,
-//! of the shape at the species that the scene begins with.
+//! of the shape at the species that the scene begins with; or the states of a run at some times (`in_time`).
 //!
-//! Not covered: species on triangles; runs that are not at rest at their end, constraints, internal variables, periodic sheets, ranks.
+//! Not covered: species on triangles of a sheet that moves, constraints, internal variables, periodic sheets, ranks.
 
 mod differences;
+mod in_time;
 mod measure;
 mod objective;
 mod parameter;
 mod source;
 
+pub use self::in_time::Course;
 pub use self::measure::Measure;
-pub use self::objective::{Evaluated, Objective, Request};
+pub use self::objective::{Evaluated, Objective, Place, Request};
 pub use self::parameter::Parameter;
 pub use self::source::SceneSource;

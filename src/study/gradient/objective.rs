@@ -1,17 +1,19 @@
-//! J(p) of the equilibria of a scene.
+//! J(p) of the equilibria of a scene, or of its run in time.
 
 use std::sync::Arc;
 
+use super::in_time::Course;
 use super::measure::Measure;
 use super::parameter::{OPTION, Parameter};
 use super::source::SceneSource;
 use crate::geometry::lumped_areas;
 use crate::kinetics::{Location, PluginSearch};
 use crate::model::{Model, Positions, State};
-use crate::run::{Error, Observer, Result, Simulation, StopRules, model_with_start};
+use crate::run::{Error, Result, Simulation, model_with_start};
 use crate::scene::Scene;
 use crate::sheet::Sheet;
 use crate::solve::Control;
+use crate::solve::replay::Schedule;
 use crate::solve::sensitivity::SteadyPoint;
 use crate::tally::Tally;
 
@@ -28,8 +30,19 @@ pub struct Request {
     pub numbers: Vec<String>,
     /// Keys of fields.
     pub fields: Vec<String>,
-    /// Whether it is the equilibrium that the scene begins with, at the species there, rather than that at its end.
-    pub at_start: bool,
+    /// At which states.
+    pub place: Place,
+}
+
+/// The states at which J is measured.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Place {
+    /// The equilibrium, or steady state, at the end of the scene.
+    End,
+    /// The equilibrium that the scene begins with, at the species there.
+    Start,
+    /// Those of a run at these times, ascending, whose J are added; at its end without any.
+    InTime(Vec<f64>),
 }
 
 /// J(p) of the equilibria of a scene.
@@ -44,6 +57,8 @@ pub struct Objective {
     tally: Tally,
     /// Where the next relaxation begins.
     warm: Option<Positions>,
+    /// The steps of the last replay of a run, with the times of J.
+    pub(super) schedule: Option<(Schedule, Vec<f64>)>,
 }
 
 /// J at one p.
@@ -52,17 +67,35 @@ pub struct Evaluated {
     pub value: f64,
     /// p: one list a parameter.
     pub at: Vec<Vec<f64>>,
-    /// What is at rest there.
-    pub(super) point: SteadyPoint,
+    /// Where it is measured.
+    pub(super) found: Found,
     /// Whether J changes with rigid motions that nothing hinders.
     pub(super) moves: bool,
 }
 
+/// Where J is measured.
+pub(super) enum Found {
+    AtRest(Box<SteadyPoint>),
+    InTime(Box<Course>),
+}
+
 impl Evaluated {
-    /// The state at rest.
+    /// The state at rest, or the last one of a course.
     #[must_use]
     pub fn state(&self) -> &State {
-        &self.point.point().state
+        match &self.found {
+            Found::AtRest(point) => &point.point().state,
+            Found::InTime(course) => course.last(),
+        }
+    }
+
+    /// The course of a run in time.
+    #[must_use]
+    pub fn course(&self) -> Option<&Course> {
+        match &self.found {
+            Found::AtRest(_) => None,
+            Found::InTime(course) => Some(course),
+        }
     }
 
     /// Whether J changes with rigid motions that nothing hinders: it is differentiated as if they were held.
@@ -74,7 +107,10 @@ impl Evaluated {
     /// Number of directions in which the energy falls, if that is known: at a saddle a run does not stay.
     #[must_use]
     pub fn negative_modes(&self) -> Option<usize> {
-        self.point.negative_modes()
+        match &self.found {
+            Found::AtRest(point) => point.negative_modes(),
+            Found::InTime(_) => None,
+        }
     }
 }
 
@@ -87,7 +123,7 @@ impl Objective {
         let Request { scene: source, set, .. } = &request;
         let scene = source.scene(set, &[], OPTION)?;
         let simulation = Simulation::new(&scene, &search)?;
-        check(&scene, &simulation)?;
+        check(&scene, &simulation, &request.place)?;
         let sheet = Arc::clone(simulation.sheet());
         let numbers = request.numbers.iter().map(|key| Parameter::number(source, set, &scene, key));
         let fields = request
@@ -99,8 +135,9 @@ impl Objective {
         let of = |text: &String| Measure::parse(text, simulation.model());
         let measures = request.measures.iter().map(of).collect::<Result<Vec<_>>>()?;
         let tally = simulation.model().tally().clone();
-        let warm = None;
-        let objective = Self { request, search, control, sheet, parameters, measures, tally, warm };
+        let (warm, schedule) = (None, None);
+        let objective =
+            Self { request, search, control, sheet, parameters, measures, tally, warm, schedule };
         objective.check_measures(simulation.model().chemistry().is_some())?;
         Ok(objective)
     }
@@ -139,9 +176,9 @@ impl Objective {
                 field.key
             )));
         }
-        if whole && chemistry && !self.request.at_start {
+        if whole && chemistry && self.request.place != Place::Start {
             let message =
-                "the energy of a steady state is not covered: its derivative by species is unknown";
+                "the energy is covered at the start only: its derivative by species is unknown";
             return Err(Error::Refused(format!("--measure energy: {message}")));
         }
         Ok(())
@@ -169,34 +206,38 @@ impl Objective {
         let scene = self.scene(values)?;
         let mut simulation = Simulation::on_sheet(&scene, &self.search, &self.sheet)?;
         simulation.set_control(self.control.clone());
-        let runs = !self.request.at_start;
+        let runs = match self.request.place.clone() {
+            Place::InTime(times) => {
+                return self.evaluate_in_time(values, (&scene, simulation), &times);
+            }
+            place => place == Place::End,
+        };
         if let Some(warm) = self.warm.take().filter(|_| !runs) {
             simulation.state_mut().x = warm;
         }
         simulation.prepare()?;
         if runs {
-            let mut rules = StopRules::new(&scene);
-            while rules.stop(&mut simulation.evaluate())?.is_none() {
-                simulation.step(scene.time.span.until.get())?;
-                simulation.renew(false);
-            }
+            simulation.run_to_end(&scene)?;
         }
         let tolerance = simulation.force_tolerance();
         let (model, state) = (Arc::clone(simulation.model()), simulation.state());
         let reacts = model.chemistry().is_some();
         let steady = reacts && (runs || model.storage().chemistry == 0.0);
         let point = SteadyPoint::new(model, state, (steady, tolerance), &self.control)?;
-        let mut value = 0.0;
-        for measure in &self.measures {
-            value += measure.value(&point.point().model, &point.point().state)?;
-        }
+        let value = self.measured(&point.point().model, &point.point().state)?;
         self.warm = Some(point.point().state.x.clone());
-        Ok(Evaluated { value, at: values.to_vec(), point, moves: false })
+        let found = Found::AtRest(Box::new(point));
+        Ok(Evaluated { value, at: values.to_vec(), found, moves: false })
+    }
+
+    /// J of a state.
+    pub(super) fn measured(&self, model: &Model, state: &State) -> Result<f64> {
+        self.measures.iter().map(|measure| measure.value(model, state)).sum()
     }
 }
 
 /// Refuses scenes that are not covered.
-fn check(scene: &Scene, simulation: &Simulation) -> Result<()> {
+fn check(scene: &Scene, simulation: &Simulation, place: &Place) -> Result<()> {
     if !simulation.sheet().reduction().periods().is_empty() {
         let message = "gradients of periodic sheets are not covered";
         return Err(scene.error_at("sheet.periodic", message, None).into());
@@ -209,9 +250,10 @@ fn check(scene: &Scene, simulation: &Simulation) -> Result<()> {
         let help = "--set kinetics.location=vertex has species at the vertices";
         return Err(scene.error_at("kinetics.location", message, Some(help)).into());
     }
-    if !model.moves() {
+    if !model.moves() && !matches!(place, Place::InTime(_)) {
         let message = "gradients are those of shapes at rest: the scene moves no shape";
-        return Err(scene.error_at("time.policy", message, None).into());
+        let help = "--in-time differentiates the run in time";
+        return Err(scene.error_at("time.policy", message, Some(help)).into());
     }
     Ok(())
 }

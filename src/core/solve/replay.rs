@@ -1,0 +1,429 @@
+//! Replay of a run by a one-step method, and the exact adjoint of its steps: sensitivities in time.
+//!
+//! ```text
+//! M dy/dt = F(t, y; p)                        the coupled system (`model/coupled`), M = 0 in rows without storage
+//!
+//! stage i of a step h from y_n:               m = M/(γh), d = 1 in rows with storage and 0 in others
+//! r_i = m (Y_i - y_n) - F(Y_i) - d Σ_{j<i} (a_ij/γ) F(Y_j) = 0,     y_{n+1} = Y_3
+//!
+//! (m - J_i)ᵀ μ_i = J_iᵀ d Σ_{j>i} (a_ji/γ) μ_j - δ_i3 λ_{n+1},      λ_n = -Σ_i m μ_i (+ ∂J/∂y_n)
+//! dJ/dp = ∂J/∂p + λ_0·∂y_0/∂p + Σ_n Σ_i μ_i·∂r_i/∂p
+//! ```
+//!
+//! The method is the L-stable, stiffly accurate SDIRK of three stages and order 3 (Alexander, SIAM J. Numer. Anal. 14
+//! (1977) 1006, doi:10.1137/0714068), of order 3 on index-1 systems too: one method for every policy. Its lengths are chosen once, by an embedded
+//! solution of order 2, and held fixed: J is then a smooth function of p. The steps of the run themselves are not
+//! differentiated: within one the staggered integrator takes any number of substeps of the chemistry and iterations of minimisations, whose
+//! numbers are chosen anew for every p, and the replay costs the same for every integrator.
+//!
+//! Stages are solved to round-off by Newton's method. A factor is kept while it converges quickly, for transposed systems too,
+//! whose solutions are refined with the derivatives of their own stage. Memory: all stages with their adjoints.
+//!
+//! Not covered: constraints, internal variables, effects that couple vertices far apart or limit steps, drag that differs by
+//! direction.
+
+mod stages;
+
+use std::sync::Arc;
+
+use stages::StageSolver;
+
+use super::continuation::{Unknowns, flatten, unflatten};
+use super::sensitivity::{check, not_differentiable};
+use super::{Control, Result};
+use crate::kinetics::Signal;
+use crate::model::{Coupled, Layout, Model, State, Subsystem};
+use crate::num::real;
+
+const GAMMA: f64 = 0.435_866_521_508_459;
+const TAU: f64 = 0.5 * (1.0 + GAMMA);
+const B1: f64 = -0.25 * (6.0 * GAMMA * GAMMA - 16.0 * GAMMA + 1.0);
+const B2: f64 = 0.25 * (6.0 * GAMMA * GAMMA - 20.0 * GAMMA + 5.0);
+const STAGES: usize = 3;
+/// Times of stages, in steps.
+const ABSCISSA: [f64; STAGES] = [GAMMA, TAU, 1.0];
+/// a_ij/γ below the diagonal.
+const LOWER: [[f64; 2]; STAGES] =
+    [[0.0, 0.0], [(TAU - GAMMA) / GAMMA, 0.0], [B1 / GAMMA, B2 / GAMMA]];
+/// Weight of the second stage in the embedded solution; that of the third is 0.
+const EMBEDDED: f64 = (0.5 - GAMMA) / (TAU - GAMMA);
+/// Difference from the embedded solution by the slopes of stages, over γ.
+const ERROR: [f64; STAGES] = [(B1 - 1.0 + EMBEDDED) / GAMMA, (B2 - EMBEDDED) / GAMMA, 1.0];
+
+/// Changes of a solution below this share of it are round-off;
+const ROUND_OFF: f64 = 1e-13;
+/// and where they do not fall any further, below this.
+const ACCEPTED: f64 = 1e-8;
+/// A factor whose corrections fall less than by this is replaced.
+const SLOW: f64 = 0.2;
+const MAX_ITERATIONS: usize = 40;
+/// First step, in windows; largest change of a step; shortest step, in windows.
+const FIRST_STEP: f64 = 1e-3;
+const STEP_CHANGE: (f64, f64) = (0.2, 4.0);
+const SHORTEST_STEP: f64 = 1e-10;
+/// Bytes of all stages with their adjoints.
+const MEMORY: usize = 4 << 30;
+
+/// A step, or a time between breakpoints in which steps are made.
+#[derive(Debug, Clone, Copy)]
+pub struct Span {
+    /// Where it begins: just after a breakpoint.
+    pub start: f64,
+    /// Where it ends: just before a breakpoint.
+    pub end: f64,
+    /// The time of the state at its end.
+    pub shown: f64,
+}
+
+/// The steps of a replay.
+#[derive(Debug, Clone, Default)]
+pub struct Schedule {
+    steps: Vec<Span>,
+    /// How many steps lead to every time at which the state is asked for.
+    marks: Vec<usize>,
+    /// The largest estimate of the error of a step, in tolerances.
+    pub error: f64,
+}
+
+impl Schedule {
+    /// Number of steps.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.steps.len()
+    }
+
+    /// Whether it has no steps.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.steps.is_empty()
+    }
+}
+
+/// Stages of a step.
+type Stages = [Vec<f64>; STAGES];
+
+/// A replay, with what solves for its adjoint.
+pub struct Replay {
+    solver: StageSolver,
+    model: Arc<Model>,
+    tolerance: (f64, f64),
+    trajectory: Trajectory,
+}
+
+/// The unknowns of a replay.
+pub struct Trajectory {
+    layout: Arc<Layout>,
+    start: State,
+    first: Vec<f64>,
+    stages: Vec<Stages>,
+    schedule: Schedule,
+}
+
+/// The adjoint of a replay.
+pub struct Adjoint {
+    /// What F is weighed by at every stage.
+    weights: Vec<Stages>,
+    /// What M is weighed by.
+    mass: Vec<f64>,
+    /// λ_0.
+    first: Vec<f64>,
+}
+
+impl Replay {
+    fn begin(
+        model: &Arc<Model>,
+        start: &State,
+        tolerance: (f64, f64),
+        control: &Control,
+    ) -> Result<Self> {
+        check_covered(model)?;
+        let mut coupled = Coupled::new(model, Subsystem::Whole);
+        coupled.start(start);
+        let first = coupled.pack(start);
+        let solver = StageSolver::new(coupled, control);
+        let (layout, schedule) = (Arc::clone(solver.coupled.layout()), Schedule::default());
+        let start = start.clone();
+        let trajectory = Trajectory { layout, start, first, stages: Vec::new(), schedule };
+        Ok(Self { solver, model: Arc::clone(model), tolerance, trajectory })
+    }
+
+    /// From `start` through all `times`, ascending, with steps of the accuracy `tolerance`, relative and absolute in units of mean edges and typical
+    /// magnitudes; `window` gives the span from a time to another one, or to the first breakpoint between them.
+    ///
+    /// # Errors
+    /// [`SolveError::NotDifferentiable`] for what is not covered, and where no step leads on; laws that fail.
+    pub fn adaptive(
+        (model, start): (&Arc<Model>, &State),
+        times: &[f64],
+        mut window: impl FnMut(f64, f64) -> Span,
+        tolerance: (f64, f64),
+        control: &Control,
+    ) -> Result<Self> {
+        let mut made = Self::begin(model, start, tolerance, control)?;
+        let (mut time, mut step) = (start.time, f64::INFINITY);
+        for &until in times {
+            while time < until {
+                let span = window(time, until);
+                step = made.cross(span, step)?;
+                time = span.shown;
+            }
+            made.trajectory.schedule.marks.push(made.trajectory.stages.len());
+        }
+        Ok(made)
+    }
+
+    /// With the steps of another one.
+    ///
+    /// # Errors
+    /// As for [`Self::adaptive`].
+    pub fn fixed(
+        (model, start): (&Arc<Model>, &State),
+        schedule: &Schedule,
+        tolerance: (f64, f64),
+        control: &Control,
+    ) -> Result<Self> {
+        let mut made = Self::begin(model, start, tolerance, control)?;
+        for span in &schedule.steps {
+            let before = made.trajectory.last().to_vec();
+            let (stages, error) = made.solver.step(*span, &before, tolerance)?;
+            made.trajectory.take(*span, stages, error)?;
+        }
+        made.trajectory.schedule.marks.clone_from(&schedule.marks);
+        Ok(made)
+    }
+
+    /// Its unknowns.
+    #[must_use]
+    pub fn trajectory(&self) -> &Trajectory {
+        &self.trajectory
+    }
+
+    /// Crosses a window with steps under error control, the first of them at most as long as `step`; gives the next one.
+    fn cross(&mut self, window: Span, step: f64) -> Result<f64> {
+        let whole = window.end - window.start;
+        let mut step = if step.is_finite() { step } else { FIRST_STEP * whole };
+        let mut at = window.start;
+        while at < window.end {
+            let left = window.end - at;
+            let parts = (left / step).ceil().max(1.0);
+            let length = left / if parts > 2.0 { left / step } else { parts };
+            let ends = parts <= 1.0;
+            let (end, shown) =
+                if ends { (window.end, window.shown) } else { (at + length, at + length) };
+            let span = Span { start: at, end, shown };
+            let before = self.trajectory.last().to_vec();
+            let done = self.solver.step(span, &before, self.tolerance);
+            match done.and_then(|done| self.admissible(span, done)) {
+                Ok((stages, error)) if error <= 1.0 => {
+                    self.trajectory.take(span, stages, error)?;
+                    at = end;
+                    step = length * growth(error);
+                }
+                Ok((_, error)) => step = length * growth(error).min(0.9),
+                Err(error) if !error.is_recoverable() => return Err(error),
+                Err(error) => {
+                    step = STEP_CHANGE.0 * length;
+                    if step < SHORTEST_STEP * whole {
+                        return Err(not_differentiable(format!(
+                            "no step leads on from t = {at}, where the shape may lose its stability (a snap): {error}"
+                        )));
+                    }
+                }
+            }
+        }
+        Ok(step)
+    }
+
+    /// Refuses a step whose end is not in the range of its species.
+    fn admissible(&self, span: Span, done: (Stages, f64)) -> Result<(Stages, f64)> {
+        let end = &done.0[STAGES - 1];
+        let mut end = self.trajectory.state(&self.model, span.shown, end);
+        self.model.keep_in_range(&mut end.species, span.shown, self.tolerance)?;
+        Ok(done)
+    }
+
+    /// The adjoint, with ∂J/∂y at every time asked for.
+    ///
+    /// # Errors
+    /// Laws that fail; a derivative that is singular.
+    pub fn adjoint(&mut self, slopes: &[Unknowns]) -> Result<Adjoint> {
+        let Self { solver, trajectory, .. } = self;
+        let Trajectory { layout, first, stages: all, schedule, .. } = trajectory;
+        let n = layout.unknowns();
+        let mut lambda = vec![0.0; n];
+        let (mut weights, mut mass) = (Vec::with_capacity(all.len()), vec![0.0; n]);
+        let marked = |step: usize, lambda: &mut Vec<f64>| {
+            let here = schedule.marks.iter().zip(slopes).filter(|(mark, _)| **mark == step);
+            for (_, slope) in here {
+                add(lambda, 1.0, &flatten(layout, slope));
+            }
+        };
+        for step in (0..all.len()).rev() {
+            marked(step + 1, &mut lambda);
+            let before = match step.checked_sub(1) {
+                None => &*first,
+                Some(last) => &all[last][STAGES - 1],
+            };
+            let (span, stages) = (schedule.steps[step], &all[step]);
+            let (mu, of_step) = solver.transposed_step(span, stages, &lambda)?;
+            let unit = GAMMA * (span.end - span.start);
+            lambda.fill(0.0);
+            for (mu, y) in mu.iter().zip(stages) {
+                for k in 0..n {
+                    mass[k] += mu[k] * (y[k] - before[k]) / unit;
+                    lambda[k] -= solver.mass[k] / unit * mu[k];
+                }
+            }
+            weights.push(of_step);
+        }
+        weights.reverse();
+        marked(0, &mut lambda);
+        Ok(Adjoint { weights, mass, first: lambda })
+    }
+
+    /// Error of ∂F/∂y at the end along one direction, relative to it: what is left out of the derivatives of some schemes.
+    ///
+    /// # Errors
+    /// Laws that fail.
+    pub fn derivative_error(&mut self) -> Result<f64> {
+        let (Some(span), y) =
+            (self.trajectory.schedule.steps.last().copied(), self.trajectory.last().to_vec())
+        else {
+            return Ok(0.0);
+        };
+        self.solver.derivative_error(span.end, &y)
+    }
+}
+
+impl Trajectory {
+    /// Its steps.
+    #[must_use]
+    pub fn schedule(&self) -> &Schedule {
+        &self.schedule
+    }
+
+    /// y at the end of the last step.
+    fn last(&self) -> &[f64] {
+        self.stages.last().map_or(&self.first, |stages| &stages[STAGES - 1])
+    }
+
+    /// Accepts a step.
+    fn take(&mut self, span: Span, stages: Stages, error: f64) -> Result<()> {
+        let bytes = (self.stages.len() + 1) * 2 * STAGES * self.first.len() * size_of::<f64>();
+        if bytes > MEMORY {
+            return Err(not_differentiable(format!(
+                "{} steps up to t = {} need more than {} GiB: a looser tolerance or a coarser mesh has fewer values",
+                self.stages.len(),
+                span.end,
+                MEMORY >> 30
+            )));
+        }
+        self.schedule.steps.push(span);
+        self.schedule.error = self.schedule.error.max(error);
+        self.stages.push(stages);
+        Ok(())
+    }
+
+    /// The state of `model` with the unknowns `y`.
+    fn state(&self, model: &Model, time: f64, y: &[f64]) -> State {
+        let mut state = self.start.clone();
+        // Values that are held are unknowns too: of another model they are not set again.
+        self.layout.unpack(model.mechanics(), time, y, &mut state);
+        state
+    }
+
+    /// The states at the times asked for, of `model`, one of the same unknowns, at fixed unknowns.
+    #[must_use]
+    pub fn states(&self, model: &Model) -> Vec<State> {
+        let state = |mark: &usize| {
+            let (time, y) = match mark.checked_sub(1) {
+                None => (self.start.time, &self.first),
+                Some(last) => (self.schedule.steps[last].shown, &self.stages[last][STAGES - 1]),
+            };
+            let mut state = self.state(model, time, y);
+            state.step = u64::try_from(*mark).unwrap_or_default();
+            state
+        };
+        self.schedule.marks.iter().map(state).collect()
+    }
+
+    /// λ_0 of the shape, where the first shape counts.
+    #[must_use]
+    pub fn first_shape(&self, adjoint: &Adjoint) -> Option<Unknowns> {
+        let layout = &*self.layout;
+        let counts = adjoint.first[..layout.mechanical()].iter().any(|value| *value != 0.0);
+        let mut first = adjoint.first.clone();
+        first[layout.mechanical()..].fill(0.0);
+        counts.then(|| unflatten(layout, &first, &like(&self.start)))
+    }
+
+    /// The terms of λ_0·y_0 + Σ μ·r of `model`, one of the same unknowns that begins with the species of `start`, at fixed unknowns and with the
+    /// first shape fixed.
+    ///
+    /// # Errors
+    /// Laws that fail.
+    pub fn lagrangian(
+        &self,
+        adjoint: &Adjoint,
+        model: &Arc<Model>,
+        start: &State,
+    ) -> Result<Unknowns> {
+        let mut coupled = Coupled::new(model, Subsystem::Whole);
+        coupled.start(&self.start);
+        let layout = &*self.layout;
+        let mut first = start.clone();
+        model.hold(start.time, &mut first.species);
+        let first = coupled.pack(&first);
+        let mut sum: Vec<f64> = coupled.mass().zip(&adjoint.mass).map(|(m, w)| m * w).collect();
+        for k in layout.mechanical()..sum.len() {
+            sum[k] += adjoint.first[k] * first[k];
+        }
+        let mut out = vec![0.0; sum.len()];
+        let steps = self.schedule.steps.iter().zip(&self.stages).zip(&adjoint.weights);
+        for ((span, stages), weights) in steps {
+            for (i, (y, weights)) in stages.iter().zip(weights).enumerate() {
+                coupled.residual(stage_time(*span, i), y, &mut out)?;
+                sum.iter_mut().zip(weights).zip(&out).for_each(|((s, w), f)| *s -= w * f);
+            }
+        }
+        Ok(unflatten(layout, &sum, &like(&self.start)))
+    }
+}
+
+fn like(state: &State) -> Unknowns {
+    Unknowns { x: state.x.to_vec(), species: state.species.clone() }.zeros_like()
+}
+
+fn stage_time(span: Span, stage: usize) -> f64 {
+    span.start + ABSCISSA[stage] * (span.end - span.start)
+}
+
+/// Factor by which a step with this error estimate changes.
+fn growth(error: f64) -> f64 {
+    (0.9 * error.powf(-1.0 / 3.0)).clamp(STEP_CHANGE.0, STEP_CHANGE.1)
+}
+
+fn add(sum: &mut [f64], factor: f64, other: &[f64]) {
+    sum.iter_mut().zip(other).for_each(|(sum, value)| *sum += factor * value);
+}
+
+/// Refuses what has unknowns or couplings besides those of the coupled system.
+fn check_covered(model: &Model) -> Result<()> {
+    check(model)?;
+    let mechanics = model.mechanics();
+    let reads = |c: &crate::model::Chemistry| {
+        c.descriptor().signals.iter().any(|read| read.signal == Signal::ContactPressure)
+    };
+    let why = if mechanics.has_low_rank() || mechanics.couples_pairs() {
+        "an effect of the scene (such as volume or contact) couples vertices far apart"
+    } else if mechanics.limits_steps() {
+        "an effect of the scene (such as contact) limits steps"
+    } else if model.moves() && model.storage().mechanics > 0.0 && !model.drag().is_isotropic() {
+        "the drag of the scene differs by direction"
+    } else if model.chemistry().is_some_and(reads) {
+        "the law reads contact_pressure"
+    } else {
+        return Ok(());
+    };
+    Err(not_differentiable(format!("{why}, which gradients in time do not cover")))
+}
