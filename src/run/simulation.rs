@@ -7,7 +7,7 @@ use std::time::Instant;
 use super::invariants::Invariants;
 use super::process::processor_time;
 use super::ranks::RankPart;
-use super::{Error, Fields, Observer, Result, StopRules, laws};
+use super::{Error, Fields, Result, laws};
 use crate::Stepper;
 use crate::effects::EffectParts;
 use crate::model::{Evaluation, Model, State};
@@ -15,7 +15,6 @@ use crate::output::Frame;
 use crate::output::provenance::MeshRecord;
 use crate::run::StepInfo;
 use crate::run::ledger_row::{ShapeSums, WALL_TIME_TITLE, columns, row};
-use crate::scene::Scene;
 use crate::sheet::{Sheet, Surface};
 use crate::solve::equilibrium::Relaxation;
 use crate::solve::{Control, SolveError, StepReport, diagnosis};
@@ -219,19 +218,6 @@ impl Simulation {
             true => Err(SolveError::BlowUp { time: self.state().time }.into()),
             false => Ok(report),
         }
-    }
-
-    /// Steps until a stop rule of `scene`, whose set-up it is, ends the run; writes nothing.
-    ///
-    /// # Errors
-    /// As for [`Self::step`].
-    pub(crate) fn run_to_end(&mut self, scene: &Scene) -> Result<()> {
-        let mut rules = StopRules::new(scene);
-        while rules.stop(&mut self.evaluate())?.is_none() {
-            self.step(scene.time.span.until.get())?;
-            self.renew(false);
-        }
-        Ok(())
     }
 
     /// What relaxing the start and all steps have cost, failed ones included: without making the scene ready,

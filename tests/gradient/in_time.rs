@@ -82,7 +82,7 @@ fn a_shape_that_moves_under_drag_from_an_equilibrium_and_from_a_given_start() {
     let moving = MOVING.replace("quasi-static", "simultaneous");
     let measures = ["mean(c*c)", "0.001*volume"];
     let numbers = [&OF_MOVING[..], &["material.drag.per-area"]].concat();
-    let found = error(&mut in_time(&moving, &measures, &numbers, &["kinetics.initial.c"]), 2e-3);
+    let found = error(&mut in_time(&moving, &measures, &numbers, &["kinetics.parameters.k"]), 2e-3);
     assert!(found < 1e-6, "{found:e}");
     let given = moving.replace("until = 0.6", "until = 0.6, start = \"given\"");
     let found = error(&mut in_time(&given, &measures, &numbers, &[]), 2e-3);

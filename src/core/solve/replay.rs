@@ -14,7 +14,7 @@
 //! (1977) 1006, doi:10.1137/0714068), of order 3 on index-1 systems too: one method for every policy. Its lengths are chosen once, by an embedded
 //! solution of order 2, and held fixed: J is then a smooth function of p. The steps of the run themselves are not
 //! differentiated: within one the staggered integrator takes any number of substeps of the chemistry and iterations of minimisations, whose
-//! numbers are chosen anew for every p, and the replay costs the same for every integrator.
+//! numbers depend on p, and the replay costs the same for every integrator.
 //!
 //! Stages are solved to round-off by Newton's method. A factor is kept while it converges quickly, for transposed systems too,
 //! whose solutions are refined with the derivatives of their own stage. Memory: all stages with their adjoints.
@@ -26,54 +26,20 @@ mod stages;
 
 use std::sync::Arc;
 
-use stages::StageSolver;
+pub use stages::Span;
+use stages::{GAMMA, STAGES, StageSolver, Stages, add, stage_time};
 
 use super::continuation::{Unknowns, flatten, unflatten};
 use super::sensitivity::{check, not_differentiable};
 use super::{Control, Result};
-use crate::kinetics::Signal;
 use crate::model::{Coupled, Layout, Model, State, Subsystem};
-use crate::num::real;
 
-const GAMMA: f64 = 0.435_866_521_508_459;
-const TAU: f64 = 0.5 * (1.0 + GAMMA);
-const B1: f64 = -0.25 * (6.0 * GAMMA * GAMMA - 16.0 * GAMMA + 1.0);
-const B2: f64 = 0.25 * (6.0 * GAMMA * GAMMA - 20.0 * GAMMA + 5.0);
-const STAGES: usize = 3;
-/// Times of stages, in steps.
-const ABSCISSA: [f64; STAGES] = [GAMMA, TAU, 1.0];
-/// a_ij/γ below the diagonal.
-const LOWER: [[f64; 2]; STAGES] =
-    [[0.0, 0.0], [(TAU - GAMMA) / GAMMA, 0.0], [B1 / GAMMA, B2 / GAMMA]];
-/// Weight of the second stage in the embedded solution; that of the third is 0.
-const EMBEDDED: f64 = (0.5 - GAMMA) / (TAU - GAMMA);
-/// Difference from the embedded solution by the slopes of stages, over γ.
-const ERROR: [f64; STAGES] = [(B1 - 1.0 + EMBEDDED) / GAMMA, (B2 - EMBEDDED) / GAMMA, 1.0];
-
-/// Changes of a solution below this share of it are round-off;
-const ROUND_OFF: f64 = 1e-13;
-/// and where they do not fall any further, below this.
-const ACCEPTED: f64 = 1e-8;
-/// A factor whose corrections fall less than by this is replaced.
-const SLOW: f64 = 0.2;
-const MAX_ITERATIONS: usize = 40;
 /// First step, in windows; largest change of a step; shortest step, in windows.
 const FIRST_STEP: f64 = 1e-3;
 const STEP_CHANGE: (f64, f64) = (0.2, 4.0);
 const SHORTEST_STEP: f64 = 1e-10;
 /// Bytes of all stages with their adjoints.
 const MEMORY: usize = 4 << 30;
-
-/// A step, or a time between breakpoints in which steps are made.
-#[derive(Debug, Clone, Copy)]
-pub struct Span {
-    /// Where it begins: just after a breakpoint.
-    pub start: f64,
-    /// Where it ends: just before a breakpoint.
-    pub end: f64,
-    /// The time of the state at its end.
-    pub shown: f64,
-}
 
 /// The steps of a replay.
 #[derive(Debug, Clone, Default)]
@@ -98,9 +64,6 @@ impl Schedule {
         self.steps.is_empty()
     }
 }
-
-/// Stages of a step.
-type Stages = [Vec<f64>; STAGES];
 
 /// A replay, with what solves for its adjoint.
 pub struct Replay {
@@ -394,34 +357,21 @@ fn like(state: &State) -> Unknowns {
     Unknowns { x: state.x.to_vec(), species: state.species.clone() }.zeros_like()
 }
 
-fn stage_time(span: Span, stage: usize) -> f64 {
-    span.start + ABSCISSA[stage] * (span.end - span.start)
-}
-
 /// Factor by which a step with this error estimate changes.
 fn growth(error: f64) -> f64 {
     (0.9 * error.powf(-1.0 / 3.0)).clamp(STEP_CHANGE.0, STEP_CHANGE.1)
-}
-
-fn add(sum: &mut [f64], factor: f64, other: &[f64]) {
-    sum.iter_mut().zip(other).for_each(|(sum, value)| *sum += factor * value);
 }
 
 /// Refuses what has unknowns or couplings besides those of the coupled system.
 fn check_covered(model: &Model) -> Result<()> {
     check(model)?;
     let mechanics = model.mechanics();
-    let reads = |c: &crate::model::Chemistry| {
-        c.descriptor().signals.iter().any(|read| read.signal == Signal::ContactPressure)
-    };
     let why = if mechanics.has_low_rank() || mechanics.couples_pairs() {
         "an effect of the scene (such as volume or contact) couples vertices far apart"
     } else if mechanics.limits_steps() {
         "an effect of the scene (such as contact) limits steps"
     } else if model.moves() && model.storage().mechanics > 0.0 && !model.drag().is_isotropic() {
         "the drag of the scene differs by direction"
-    } else if model.chemistry().is_some_and(reads) {
-        "the law reads contact_pressure"
     } else {
         return Ok(());
     };

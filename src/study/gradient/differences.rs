@@ -12,6 +12,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
+use super::fixed::{Fixed, FixedPoint};
 use super::measure::Measure;
 use super::objective::{Evaluated, Found, Objective};
 use super::parameter::FIELD_OPTION as OPTION;
@@ -20,7 +21,7 @@ use crate::model::{Model, State};
 use crate::run::{Error, Result};
 use crate::sheet::Sheet;
 use crate::solve::continuation::Unknowns;
-use crate::solve::sensitivity::{Point, changes_with_rigid_motions};
+use crate::solve::sensitivity::changes_with_rigid_motions;
 
 /// Step of a difference, relative to the largest value of the parameter: its error is the square of this, and round-off over it.
 const STEP: f64 = 1e-5;
@@ -50,7 +51,7 @@ impl Objective {
                 Box::new(FixedPoint { point: point.point(), adjoint })
             }
             Found::InTime(course) => {
-                let fixed = course.adjoint(self)?;
+                let fixed = course.adjoint(|model, state| self.slope(model, state))?;
                 *moves = fixed.moves;
                 Box::new(fixed)
             }
@@ -65,33 +66,6 @@ impl Objective {
         let slopes = self.measures.iter().map(slope).collect::<Result<Vec<_>>>()?;
         let slope = slopes.into_iter().reduce(|sum, more| sum.plus(1.0, &more));
         Ok(slope.unwrap_or_default())
-    }
-}
-
-/// A state, or a course of states, at which models of other parameters are evaluated.
-pub(super) trait Fixed: Sync {
-    /// λ·g of `model`, whose species begin as in `start`, by its terms; and the states at which J is measured.
-    ///
-    /// # Errors
-    /// Laws that fail.
-    fn terms(&self, model: &Arc<Model>, start: &State) -> Result<(Unknowns, Vec<State>)>;
-}
-
-/// A state at rest, with λ.
-pub(super) struct FixedPoint<'a> {
-    pub(super) point: &'a Point,
-    pub(super) adjoint: Unknowns,
-}
-
-impl Fixed for FixedPoint<'_> {
-    fn terms(&self, model: &Arc<Model>, start: &State) -> Result<(Unknowns, Vec<State>)> {
-        let state = self.point.state_of(model, &start.species);
-        let mut terms = self.point.imbalance(model, &state)?;
-        terms.x.iter_mut().zip(&self.adjoint.x).for_each(|(g, a)| g.component_mul_assign(a));
-        for (g, adjoint) in terms.species.iter_mut().zip(&self.adjoint.species) {
-            g.iter_mut().zip(adjoint).for_each(|(g, a)| *g *= a);
-        }
-        Ok((terms, vec![state]))
     }
 }
 

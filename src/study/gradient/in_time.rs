@@ -5,123 +5,21 @@
 
 use std::sync::Arc;
 
-use super::differences::{Fixed, FixedPoint};
+use super::course::{Course, run_to_end};
 use super::objective::{Evaluated, Found, Objective};
-use crate::model::{Model, Start, State};
+use crate::model::Start;
 use crate::num::real;
 use crate::run::{Error, Result, Simulation};
 use crate::scene::Scene;
-use crate::solve::continuation::Unknowns;
-use crate::solve::replay::{Adjoint, Replay, Span, Trajectory};
-use crate::solve::sensitivity::{SteadyPoint, changes_with_rigid_motions};
+use crate::solve::replay::{Replay, Span};
+use crate::solve::sensitivity::SteadyPoint;
 
 /// Tolerances of the replay where the scene has fixed steps.
 const TOLERANCE: f64 = 1e-4;
-/// Steps are chosen anew where the estimate of an error exceeds this number of tolerances.
+/// Steps are chosen again where the estimate of an error exceeds this number of tolerances.
 const MAX_ERROR: f64 = 4.0;
 /// Difference from the run, in relative tolerances of the larger of J and its change, that these do not explain.
 const EXPLAINED: f64 = 3.0;
-/// Error of the derivatives of rates and forces by the unknowns that is round-off.
-const DERIVATIVE_ERROR: f64 = 1e-6;
-
-/// A run in time, replayed.
-pub struct Course {
-    replay: Replay,
-    model: Arc<Model>,
-    states: Vec<State>,
-    /// The first shape, where the run begins with an equilibrium that counts.
-    first: Option<Box<SteadyPoint>>,
-    /// J of the run itself, with the difference that tolerances explain; of the first evaluation only.
-    of_run: Option<(f64, f64)>,
-    derivative_error: f64,
-}
-
-impl Course {
-    /// The state at the last time.
-    pub(super) fn last(&self) -> &State {
-        // There is at least one time.
-        &self.states[self.states.len() - 1]
-    }
-
-    /// Number of steps of the replay.
-    #[must_use]
-    pub fn steps(&self) -> usize {
-        self.replay.trajectory().schedule().len()
-    }
-
-    /// J of the run itself; of the first evaluation only.
-    #[must_use]
-    pub fn of_run(&self) -> Option<f64> {
-        self.of_run.map(|(value, _)| value)
-    }
-
-    /// What makes the gradient doubtful where the replay has J = `value`.
-    #[must_use]
-    pub fn doubts(&self, value: f64) -> Vec<String> {
-        let mut all = Vec::new();
-        if let Some((run, explained)) = self.of_run
-            && (run - value).abs() > explained
-        {
-            all.push(format!(
-                "the run has J = {run:.9e}, which differs from that of its replay by more than {explained:.1e}, which the tolerance \
-                 explains: a snap, or a tolerance that is too loose"
-            ));
-        }
-        if self.derivative_error > DERIVATIVE_ERROR {
-            all.push(format!(
-                "derivatives of forces and rates by shape and species are known to {:.1e} only: the gradient is no better",
-                self.derivative_error
-            ));
-        }
-        all
-    }
-
-    /// The adjoint of the sum of J over the times.
-    ///
-    /// # Errors
-    /// Laws that fail; a derivative that is singular.
-    pub(super) fn adjoint(&mut self, objective: &Objective) -> Result<FixedCourse<'_>> {
-        let Self { replay, model, states, first, .. } = self;
-        let slope = |state: &State| objective.slope(model, state);
-        let slopes = states.iter().map(slope).collect::<Result<Vec<_>>>()?;
-        let adjoint = replay.adjoint(&slopes)?;
-        let first = match (replay.trajectory().first_shape(&adjoint), first) {
-            (Some(slope), Some(point)) => {
-                let adjoint = point.adjoint(&slope)?;
-                Some(FixedPoint { point: point.point(), adjoint })
-            }
-            _ => None,
-        };
-        // Where the shape has no storage, nothing but the unknowns that are held says where the sheet lies.
-        let floats = model.moves() && model.storage().mechanics == 0.0;
-        let moves = |(state, slope): (&State, &Unknowns)| {
-            changes_with_rigid_motions(model, &state.x, &slope.x)
-        };
-        let moves = floats && states.iter().zip(&slopes).any(moves);
-        Ok(FixedCourse { trajectory: replay.trajectory(), adjoint, first, moves })
-    }
-}
-
-/// A course at fixed unknowns, with its adjoint.
-pub(super) struct FixedCourse<'a> {
-    trajectory: &'a Trajectory,
-    adjoint: Adjoint,
-    first: Option<FixedPoint<'a>>,
-    /// Whether J changes with rigid motions that nothing hinders.
-    pub(super) moves: bool,
-}
-
-impl Fixed for FixedCourse<'_> {
-    fn terms(&self, model: &Arc<Model>, start: &State) -> Result<(Unknowns, Vec<State>)> {
-        let terms = self.trajectory.lagrangian(&self.adjoint, model, start)?;
-        let terms = match &self.first {
-            Some(first) => terms.plus(1.0, &first.terms(model, start)?.0),
-            None => terms,
-        };
-        Ok((terms, self.trajectory.states(model)))
-    }
-}
-
 impl Objective {
     /// J of the run of `scene`, which `simulation` is set up for, at `times`; at its end without any.
     ///
@@ -210,7 +108,7 @@ impl Objective {
         if !times.is_empty() {
             return Ok((value, times.to_vec()));
         }
-        simulation.run_to_end(scene)?;
+        run_to_end(simulation, scene)?;
         let (model, state) = (simulation.model(), simulation.state());
         Ok((self.measured(model, state)?, vec![state.time]))
     }

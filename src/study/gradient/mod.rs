@@ -13,14 +13,16 @@
 //!
 //! Not covered: species on triangles of a sheet that moves, constraints, internal variables, periodic sheets, ranks.
 
+mod course;
 mod differences;
+mod fixed;
 mod in_time;
 mod measure;
 mod objective;
 mod parameter;
 mod source;
 
-pub use self::in_time::Course;
+pub use self::course::Course;
 pub use self::measure::Measure;
 pub use self::objective::{Evaluated, Objective, Place, Request};
 pub use self::parameter::Parameter;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::in_time::Course;
+use super::course::{Course, run_to_end};
 use super::measure::Measure;
 use super::parameter::{OPTION, Parameter};
 use super::source::SceneSource;
@@ -217,7 +217,7 @@ impl Objective {
         }
         simulation.prepare()?;
         if runs {
-            simulation.run_to_end(&scene)?;
+            run_to_end(&mut simulation, &scene)?;
         }
         let tolerance = simulation.force_tolerance();
         let (model, state) = (Arc::clone(simulation.model()), simulation.state());

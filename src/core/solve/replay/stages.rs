@@ -1,12 +1,48 @@
 //! Stages of a step, solved to round-off, and transposed systems with their derivatives.
 
-use super::{
-    ACCEPTED, ERROR, GAMMA, LOWER, MAX_ITERATIONS, ROUND_OFF, SLOW, STAGES, Span, Stages, add,
-    real, stage_time,
-};
 use crate::linear::{ShiftedJacobian, Sparse, SparseLu};
 use crate::model::Coupled;
+use crate::num::real;
 use crate::solve::{Control, Result, SolveError};
+
+/// The diagonal of the method, and what follows from it.
+pub(super) const GAMMA: f64 = 0.435_866_521_508_459;
+const TAU: f64 = 0.5 * (1.0 + GAMMA);
+const B1: f64 = -0.25 * (6.0 * GAMMA * GAMMA - 16.0 * GAMMA + 1.0);
+const B2: f64 = 0.25 * (6.0 * GAMMA * GAMMA - 20.0 * GAMMA + 5.0);
+/// Stages of a step.
+pub(super) const STAGES: usize = 3;
+/// Times of stages, in steps.
+const ABSCISSA: [f64; STAGES] = [GAMMA, TAU, 1.0];
+/// a_ij/γ below the diagonal.
+const LOWER: [[f64; 2]; STAGES] =
+    [[0.0, 0.0], [(TAU - GAMMA) / GAMMA, 0.0], [B1 / GAMMA, B2 / GAMMA]];
+/// Weight of the second stage in the embedded solution; that of the third is 0.
+const EMBEDDED: f64 = (0.5 - GAMMA) / (TAU - GAMMA);
+/// Difference from the embedded solution by the slopes of stages, over γ.
+const ERROR: [f64; STAGES] = [(B1 - 1.0 + EMBEDDED) / GAMMA, (B2 - EMBEDDED) / GAMMA, 1.0];
+
+/// Changes of a solution below this share of it are round-off;
+const ROUND_OFF: f64 = 1e-13;
+/// and where they do not fall any further, below this.
+const ACCEPTED: f64 = 1e-8;
+/// A factor whose corrections fall less than by this is replaced.
+const SLOW: f64 = 0.2;
+const MAX_ITERATIONS: usize = 40;
+
+/// A step, or a time between breakpoints in which steps are made.
+#[derive(Debug, Clone, Copy)]
+pub struct Span {
+    /// Where it begins: just after a breakpoint.
+    pub start: f64,
+    /// Where it ends: just before a breakpoint.
+    pub end: f64,
+    /// The time of the state at its end.
+    pub shown: f64,
+}
+
+/// Unknowns at the stages of a step.
+pub(super) type Stages = [Vec<f64>; STAGES];
 
 /// Solves for the stages of steps.
 pub(super) struct StageSolver {
@@ -235,4 +271,14 @@ fn residual(jacobian: &Sparse, (mass, unit): (&[f64], f64), mu: &[f64], right: &
     add(&mut left, 1.0, right);
     left.iter_mut().zip(mass).zip(mu).for_each(|((left, m), mu)| *left -= m / unit * mu);
     left
+}
+
+/// The time of a stage.
+pub(super) fn stage_time(span: Span, stage: usize) -> f64 {
+    span.start + ABSCISSA[stage] * (span.end - span.start)
+}
+
+/// Adds a multiple.
+pub(super) fn add(sum: &mut [f64], factor: f64, other: &[f64]) {
+    sum.iter_mut().zip(other).for_each(|(sum, value)| *sum += factor * value);
 }
