@@ -221,7 +221,7 @@ class Species(Mapping[str, NDArray[float64]]):
 
 @final
 class Objective:
-    """A measure of an equilibrium as a function of parameters of its scene, with its gradient: what optimisers take.
+    """A measure of an equilibrium, or of a run in time, as a function of parameters of its scene, with its gradient: what optimisers take.
 
     `scipy.optimize.minimize(objective, objective.start, jac=True)` minimises it. Parameters are one array: numbers first, then fields, vertex by vertex.
     Every evaluation begins at the last equilibrium. Raises `Error`.
@@ -235,12 +235,15 @@ class Objective:
         fields: Sequence[str] = (),
         *,
         at_start: bool = False,
+        in_time: bool = False,
+        times: Sequence[float] = (),
         law: Optional[Law] = None,
         plugins: Union[_Path, Sequence[_Path], None] = None,
     ) -> Objective:
         """`measure` is one of `rumple gradient` or several, whose sum is taken; `parameters` are keys of numbers, `fields` keys of fields.
 
-        With `at_start` it is the equilibrium that the scene begins with, at the species there, rather than that at its end."""
+        With `at_start` it is the equilibrium that the scene begins with, at the species there, rather than that at its end; with `in_time` the
+        state at the end of the run, which need not rest; with `times` the sum over these times."""
     @property
     def names(self) -> list[str]:
         """Keys of the parameters, in their order."""
@@ -256,7 +259,7 @@ class Objective:
     def split(self, x: Sequence[float]) -> dict[str, Any]:
         """The parameters by their keys: numbers, and arrays of fields."""
     def positions(self, x: Sequence[float]) -> NDArray[numpy.float64]:
-        """The shape at rest, n × 3."""
+        """The shape at rest, or at the last time, n × 3."""
 
 @final
 class Simulation:

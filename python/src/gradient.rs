@@ -121,7 +121,8 @@ impl Objective {
             (false, true) => Place::InTime(times),
             (false, false) => Place::End,
             (true, true) => {
-                let message = "at_start and in_time: the equilibrium at the start is no state in time";
+                let message =
+                    "at_start and in_time: the equilibrium at the start is no state in time";
                 return Err(pyo3::exceptions::PyValueError::new_err(message));
             }
         };
@@ -129,8 +130,7 @@ impl Objective {
             Measures::One(text) => vec![text],
             Measures::All(texts) => texts,
         };
-        let request =
-            Request { scene: source, set, measures, numbers: parameters, fields, place };
+        let request = Request { scene: source, set, measures, numbers: parameters, fields, place };
         let control = pending.control();
         let made = pending
             .call(py, &mut false, move || gradient::Objective::new(request, search, control))?;

@@ -59,6 +59,27 @@ def test_the_load_that_makes_a_shape_is_found_again(tmp_path):
     assert objective.split([low]) == {key: low}
 
 
+def test_a_rate_is_found_from_values_in_time():
+    decay = """
+    sheet = { shape = "disc", radius = 3.0, vertices = 60 }
+    time = { until = 2.0, integrator = { kind = "staggered", rtol = 1e-5, atol = 1e-5 } }
+    [kinetics]
+    rates.u = "-k*u"
+    parameters.k = 0.5
+    initial.u = 2.0
+    """
+    key = "kinetics.parameters.k"
+    objective = rumple.Objective(rumple.parse(decay), "mean(u)", [key], times=[1, 2])
+    value, gradient = objective([0.7])
+    times = numpy.array([1, 2])
+    assert value == pytest.approx((2 * numpy.exp(-0.7 * times)).sum(), rel=1e-4)
+    assert gradient[0] == pytest.approx((-2 * times * numpy.exp(-0.7 * times)).sum(), rel=1e-4)
+    at_end = rumple.Objective(rumple.parse(decay), "mean(u)", [key], in_time=True)
+    assert at_end.value([0.7]) == pytest.approx(2 * numpy.exp(-1.4), rel=1e-4)
+    with pytest.raises(ValueError):
+        rumple.Objective(rumple.parse(decay), "mean(u)", [key], in_time=True, at_start=True)
+
+
 def test_what_is_wrong_is_said():
     with pytest.raises(rumple.SceneError) as wrong:
         rumple.Objective(plate(), "mean(uz)", ["material.thicknes"])

@@ -42,6 +42,14 @@ fn chemistry_on_a_fixed_sheet_by_its_law_transport_start_and_boundary() {
     assert!(found < 1e-7, "{found:e}");
 }
 
+#[test]
+fn a_boundary_value_that_changes_in_time() {
+    let waves = FIXED.replace("value = 0.7", "value = \"0.7 + 0.2*sin(3*t)\"");
+    let numbers = ["kinetics.parameters.a", "effect.diffusion.coefficient"];
+    let found = error(&mut in_time(&waves, &["mean(u^2 + u*v)"], &numbers, &[]), 2e-3);
+    assert!(found < 1e-7, "{found:e}");
+}
+
 /// Shape and chemistry that do not rest.
 const MOVING: &str = r#"
 sheet = { shape = "sphere", radius = 5.0, vertices = 120 }
@@ -84,6 +92,9 @@ fn a_shape_that_moves_under_drag_from_an_equilibrium_and_from_a_given_start() {
     let numbers = [&OF_MOVING[..], &["material.drag.per-area"]].concat();
     let found = error(&mut in_time(&moving, &measures, &numbers, &["kinetics.parameters.k"]), 2e-3);
     assert!(found < 1e-6, "{found:e}");
+    let fast = moving.replace("simultaneous", "chemistry-fast");
+    let found = error(&mut in_time(&fast, &measures, &numbers[..3], &[]), 2e-3);
+    assert!(found < 1e-6, "{found:e}");
     let given = moving.replace("until = 0.6", "until = 0.6, start = \"given\"");
     let found = error(&mut in_time(&given, &measures, &numbers, &[]), 2e-3);
     assert!(found < 1e-6, "{found:e}");
@@ -113,4 +124,29 @@ fn differences_of_whole_runs_at_a_tight_tolerance_agree() {
     println!("{found} {expected} {:?} {}", here.course().unwrap().of_run(), here.value);
     assert!((found / expected - 1.0).abs() < 2e-3, "{found} {expected}");
     assert!(here.course().unwrap().doubts(here.value).is_empty());
+}
+
+/// What the gradient of a scene by `key` is refused with.
+fn refusal(scene: &str, key: &str) -> String {
+    let mut objective = in_time(scene, &["mean(z)"], &[key], &[]);
+    let values = objective.values();
+    let done = objective.evaluate(&values).and_then(|mut here| objective.gradient(&mut here));
+    done.err().map(|error| error.to_string()).unwrap_or_default()
+}
+
+#[test]
+fn what_is_not_covered_is_refused() {
+    let with = |effect: &str| MOVING.replace("effect = [", &format!("effect = [ {effect},"));
+    let b = "kinetics.parameters.b";
+    let said = refusal(&with("{ kind = \"volume\", stiffness = 10.0 }"), b);
+    assert!(said.contains("couples vertices far apart"), "{said}");
+    let said = refusal(&with("{ kind = \"contact\" }"), b);
+    assert!(said.contains("contact"), "{said}");
+    let jumps = FIXED.replace("value = 0.7", "value = \"0.7 + 0.2*step(t - 1)\"");
+    let said = refusal(&jumps, "kinetics.parameters.a");
+    assert!(said.contains("a value that is held jumps at t = 1"), "{said}");
+    let later = FIXED.replace("\"a - u", "\"a*step(t - b) - u");
+    assert_eq!(refusal(&later, "kinetics.parameters.a"), "");
+    let said = refusal(&later, "kinetics.parameters.b");
+    assert!(said.contains("kinetics.parameters.b: it moves a time"), "{said}");
 }

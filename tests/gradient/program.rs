@@ -28,6 +28,47 @@ fn a_table_a_document_and_a_map() {
 }
 
 #[test]
+fn a_run_in_time() {
+    let rests = "sheet = { shape = \"disc\", radius = 3.0, vertices = 60 }\ntime = { until = 2.0 }\n\
+                 [kinetics]\nrates.u = \"-k*u\"\nparameters.k = 0.5\ninitial.u = 2.0\n";
+    let folder = folder(rests);
+    let run = |rest: &str| {
+        let words =
+            format!("gradient scene.toml --measure mean(u) --with kinetics.parameters.k {rest}");
+        let said = text(&passes(folder.path(), &words).stdout);
+        serde_json::from_str::<serde_json::Value>(&said).unwrap()
+    };
+    // d/dk of 2 exp(-k t).
+    for (rest, times) in
+        [("--in-time --json", &[2.0][..]), ("--at-times 0.5,2 --json", &[0.5, 2.0])]
+    {
+        let said = run(rest);
+        let exact = |f: fn(f64) -> f64| times.iter().map(|t| f(*t)).sum::<f64>();
+        let (value, slope) =
+            (exact(|t| 2.0 * (-0.5 * t).exp()), exact(|t| -2.0 * t * (-0.5 * t).exp()));
+        let near = |found: &serde_json::Value, exact: f64| {
+            assert!((found.as_f64().unwrap() / exact - 1.0).abs() < 3e-3, "{said} {exact}");
+        };
+        near(&said["value"], value);
+        near(&said["replay"]["value_of_run"], value);
+        near(&said["parameters"][0]["derivative"], slope);
+    }
+    for (rest, expected) in [
+        ("--at-times 1,3", "from 0 to time.until = 2"),
+        ("--at-times 1,0.5", "ascending"),
+        ("--in-time --at-start", "cannot be used with"),
+    ] {
+        let words =
+            format!("gradient scene.toml --measure mean(u) --with kinetics.parameters.k {rest}");
+        let words: Vec<&str> = words.split(' ').collect();
+        let done = rumple(folder.path(), &words);
+        let said = text(&done.stderr);
+        assert_eq!(done.status.code(), Some(2), "{said}");
+        assert!(said.contains(expected), "{said}");
+    }
+}
+
+#[test]
 fn what_has_no_gradient_is_refused_with_its_place() {
     let folder = folder(PLATE);
     for (words, expected) in [

@@ -23,47 +23,25 @@
 //! direction.
 
 mod stages;
+mod trajectory;
 
 use std::sync::Arc;
 
 pub use stages::Span;
-use stages::{GAMMA, STAGES, StageSolver, Stages, add, stage_time};
+use stages::{GAMMA, STAGES, StageSolver, Stages, add};
+pub use trajectory::{Adjoint, Schedule, Trajectory};
 
-use super::continuation::{Unknowns, flatten, unflatten};
+use super::continuation::{Unknowns, flatten};
 use super::sensitivity::{check, not_differentiable};
 use super::{Control, Result};
-use crate::model::{Coupled, Layout, Model, State, Subsystem};
+use crate::model::{Coupled, Model, State, Subsystem};
 
 /// First step, in windows; largest change of a step; shortest step, in windows.
 const FIRST_STEP: f64 = 1e-3;
 const STEP_CHANGE: (f64, f64) = (0.2, 4.0);
 const SHORTEST_STEP: f64 = 1e-10;
-/// Bytes of all stages with their adjoints.
-const MEMORY: usize = 4 << 30;
-
-/// The steps of a replay.
-#[derive(Debug, Clone, Default)]
-pub struct Schedule {
-    steps: Vec<Span>,
-    /// How many steps lead to every time at which the state is asked for.
-    marks: Vec<usize>,
-    /// The largest estimate of the error of a step, in tolerances.
-    pub error: f64,
-}
-
-impl Schedule {
-    /// Number of steps.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.steps.len()
-    }
-
-    /// Whether it has no steps.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.steps.is_empty()
-    }
-}
+/// Share by which a held value changes between the two sides of a breakpoint, at most.
+const JUMP: f64 = 1e-9;
 
 /// A replay, with what solves for its adjoint.
 pub struct Replay {
@@ -71,25 +49,6 @@ pub struct Replay {
     model: Arc<Model>,
     tolerance: (f64, f64),
     trajectory: Trajectory,
-}
-
-/// The unknowns of a replay.
-pub struct Trajectory {
-    layout: Arc<Layout>,
-    start: State,
-    first: Vec<f64>,
-    stages: Vec<Stages>,
-    schedule: Schedule,
-}
-
-/// The adjoint of a replay.
-pub struct Adjoint {
-    /// What F is weighed by at every stage.
-    weights: Vec<Stages>,
-    /// What M is weighed by.
-    mass: Vec<f64>,
-    /// λ_0.
-    first: Vec<f64>,
 }
 
 impl Replay {
@@ -114,7 +73,7 @@ impl Replay {
     /// magnitudes; `window` gives the span from a time to another one, or to the first breakpoint between them.
     ///
     /// # Errors
-    /// [`SolveError::NotDifferentiable`] for what is not covered, and where no step leads on; laws that fail.
+    /// [`crate::solve::SolveError::NotDifferentiable`] for what is not covered, and where no step leads on; laws that fail.
     pub fn adaptive(
         (model, start): (&Arc<Model>, &State),
         times: &[f64],
@@ -127,6 +86,7 @@ impl Replay {
         for &until in times {
             while time < until {
                 let span = window(time, until);
+                made.check_held(span)?;
                 step = made.cross(span, step)?;
                 time = span.shown;
             }
@@ -159,6 +119,26 @@ impl Replay {
     #[must_use]
     pub fn trajectory(&self) -> &Trajectory {
         &self.trajectory
+    }
+
+    /// Refuses values that are held and jump where a window begins.
+    fn check_held(&self, window: Span) -> Result<()> {
+        let Some(last) = self.trajectory.schedule.steps.last() else { return Ok(()) };
+        let state = self.trajectory.state(&self.model, last.end, self.trajectory.last());
+        let held = |time: f64| {
+            let mut species = state.species.clone();
+            self.model.hold(time, &mut species);
+            species.concat()
+        };
+        let (before, after) = (held(last.end), held(window.start));
+        let jumps = |(b, a): (&f64, &f64)| (a - b).abs() > JUMP * a.abs().max(b.abs());
+        match before.iter().zip(&after).any(jumps) {
+            false => Ok(()),
+            true => Err(not_differentiable(format!(
+                "a value that is held jumps at t = {}, which gradients in time do not cover: a ramp of some steps is covered",
+                last.shown
+            ))),
+        }
     }
 
     /// Crosses a window with steps under error control, the first of them at most as long as `step`; gives the next one.
@@ -256,105 +236,6 @@ impl Replay {
         };
         self.solver.derivative_error(span.end, &y)
     }
-}
-
-impl Trajectory {
-    /// Its steps.
-    #[must_use]
-    pub fn schedule(&self) -> &Schedule {
-        &self.schedule
-    }
-
-    /// y at the end of the last step.
-    fn last(&self) -> &[f64] {
-        self.stages.last().map_or(&self.first, |stages| &stages[STAGES - 1])
-    }
-
-    /// Accepts a step.
-    fn take(&mut self, span: Span, stages: Stages, error: f64) -> Result<()> {
-        let bytes = (self.stages.len() + 1) * 2 * STAGES * self.first.len() * size_of::<f64>();
-        if bytes > MEMORY {
-            return Err(not_differentiable(format!(
-                "{} steps up to t = {} need more than {} GiB: a looser tolerance or a coarser mesh has fewer values",
-                self.stages.len(),
-                span.end,
-                MEMORY >> 30
-            )));
-        }
-        self.schedule.steps.push(span);
-        self.schedule.error = self.schedule.error.max(error);
-        self.stages.push(stages);
-        Ok(())
-    }
-
-    /// The state of `model` with the unknowns `y`.
-    fn state(&self, model: &Model, time: f64, y: &[f64]) -> State {
-        let mut state = self.start.clone();
-        // Values that are held are unknowns too: of another model they are not set again.
-        self.layout.unpack(model.mechanics(), time, y, &mut state);
-        state
-    }
-
-    /// The states at the times asked for, of `model`, one of the same unknowns, at fixed unknowns.
-    #[must_use]
-    pub fn states(&self, model: &Model) -> Vec<State> {
-        let state = |mark: &usize| {
-            let (time, y) = match mark.checked_sub(1) {
-                None => (self.start.time, &self.first),
-                Some(last) => (self.schedule.steps[last].shown, &self.stages[last][STAGES - 1]),
-            };
-            let mut state = self.state(model, time, y);
-            state.step = u64::try_from(*mark).unwrap_or_default();
-            state
-        };
-        self.schedule.marks.iter().map(state).collect()
-    }
-
-    /// λ_0 of the shape, where the first shape counts.
-    #[must_use]
-    pub fn first_shape(&self, adjoint: &Adjoint) -> Option<Unknowns> {
-        let layout = &*self.layout;
-        let counts = adjoint.first[..layout.mechanical()].iter().any(|value| *value != 0.0);
-        let mut first = adjoint.first.clone();
-        first[layout.mechanical()..].fill(0.0);
-        counts.then(|| unflatten(layout, &first, &like(&self.start)))
-    }
-
-    /// The terms of λ_0·y_0 + Σ μ·r of `model`, one of the same unknowns that begins with the species of `start`, at fixed unknowns and with the
-    /// first shape fixed.
-    ///
-    /// # Errors
-    /// Laws that fail.
-    pub fn lagrangian(
-        &self,
-        adjoint: &Adjoint,
-        model: &Arc<Model>,
-        start: &State,
-    ) -> Result<Unknowns> {
-        let mut coupled = Coupled::new(model, Subsystem::Whole);
-        coupled.start(&self.start);
-        let layout = &*self.layout;
-        let mut first = start.clone();
-        model.hold(start.time, &mut first.species);
-        let first = coupled.pack(&first);
-        let mut sum: Vec<f64> = coupled.mass().zip(&adjoint.mass).map(|(m, w)| m * w).collect();
-        for k in layout.mechanical()..sum.len() {
-            sum[k] += adjoint.first[k] * first[k];
-        }
-        let mut out = vec![0.0; sum.len()];
-        let steps = self.schedule.steps.iter().zip(&self.stages).zip(&adjoint.weights);
-        for ((span, stages), weights) in steps {
-            for (i, (y, weights)) in stages.iter().zip(weights).enumerate() {
-                coupled.residual(stage_time(*span, i), y, &mut out)?;
-                sum.iter_mut().zip(weights).zip(&out).for_each(|((s, w), f)| *s -= w * f);
-            }
-        }
-        Ok(unflatten(layout, &sum, &like(&self.start)))
-    }
-}
-
-fn like(state: &State) -> Unknowns {
-    Unknowns { x: state.x.to_vec(), species: state.species.clone() }.zeros_like()
 }
 
 /// Factor by which a step with this error estimate changes.

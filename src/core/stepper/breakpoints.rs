@@ -181,6 +181,15 @@ impl Breakpoints {
         reduction.gathered(known.within_steps(self.until, most))
     }
 
+    /// Those inside the span.
+    #[must_use]
+    pub fn times(&self) -> &[f64] {
+        let inside = |time: &f64| *time > self.margin(*time) && !self.is_at(*time, self.until);
+        let from = self.times.iter().position(inside).unwrap_or(self.times.len());
+        let to = self.times.iter().rposition(inside).map_or(from, |last| last + 1);
+        &self.times[from..to]
+    }
+
     /// The first of them, in words; none without any.
     #[must_use]
     pub fn describe(&self) -> Option<String> {

@@ -51,6 +51,7 @@ impl Objective {
                 Box::new(FixedPoint { point: point.point(), adjoint })
             }
             Found::InTime(course) => {
+                self.check_breakpoints(at)?;
                 let fixed = course.adjoint(|model, state| self.slope(model, state))?;
                 *moves = fixed.moves;
                 Box::new(fixed)

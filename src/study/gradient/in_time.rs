@@ -20,6 +20,9 @@ const TOLERANCE: f64 = 1e-4;
 const MAX_ERROR: f64 = 4.0;
 /// Difference from the run, in relative tolerances of the larger of J and its change, that these do not explain.
 const EXPLAINED: f64 = 3.0;
+/// Change of a parameter by which breakpoints are found to move, relative to its largest value, and their change, to the end.
+const MOVED: (f64, f64) = (1e-3, 1e-9);
+
 impl Objective {
     /// J of the run of `scene`, which `simulation` is set up for, at `times`; at its end without any.
     ///
@@ -41,7 +44,8 @@ impl Objective {
         let settles = model.moves() && simulation.stepper.start == Start::Equilibrium;
         let first = match settles && model.storage().mechanics > 0.0 {
             true => {
-                let rest = (false, simulation.force_tolerance());
+                let steady = model.chemistry().is_some() && model.storage().chemistry == 0.0;
+                let rest = (steady, simulation.force_tolerance());
                 Some(Box::new(SteadyPoint::new(Arc::clone(&model), &start, rest, &self.control)?))
             }
             false => None,
@@ -88,6 +92,42 @@ impl Objective {
         let course = Course { replay, model, states, first, of_run, derivative_error };
         let found = Found::InTime(Box::new(course));
         Ok(Evaluated { value, at: values.to_vec(), found, moves: false })
+    }
+
+    /// Refuses parameters that move a breakpoint: steps of the replay end there.
+    pub(super) fn check_breakpoints(&self, values: &[Vec<f64>]) -> Result<()> {
+        let (times, until) = self.breakpoints(values)?;
+        if times.is_empty() {
+            return Ok(());
+        }
+        for (k, parameter) in self.parameters.iter().enumerate() {
+            let largest = values[k].iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+            let change = MOVED.0 * if largest > 0.0 { largest } else { 1.0 };
+            let with = |change: f64| {
+                let mut moved = values.to_vec();
+                moved[k].iter_mut().for_each(|value| *value += change);
+                self.breakpoints(&moved)
+            };
+            // At the end of its range a parameter moves to one side only.
+            let (other, _) = with(change).or_else(|_| with(-change))?;
+            let same = |(a, b): (&f64, &f64)| (a - b).abs() <= MOVED.1 * until;
+            if other.len() != times.len() || !times.iter().zip(&other).all(same) {
+                return Err(Error::Refused(format!(
+                    "{}: it moves a time at which laws, ramps or growth jump or bend, which gradients in time do not cover",
+                    parameter.key
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// Times inside the span at which laws, ramps or growth jump or bend, and its end.
+    fn breakpoints(&self, values: &[Vec<f64>]) -> Result<(Vec<f64>, f64)> {
+        let scene = self.scene(values)?;
+        let mut simulation = Simulation::on_sheet(&scene, &self.search, &self.sheet)?;
+        let mut breakpoints = simulation.stepper.breakpoints.clone();
+        breakpoints.sample(&mut simulation.evaluate());
+        Ok((breakpoints.times().to_vec(), scene.time.span.until.get()))
     }
 
     /// Runs the scene through `times`, or to its end; the sum of J, with the times.

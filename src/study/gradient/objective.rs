@@ -48,7 +48,7 @@ pub enum Place {
 /// J(p) of the equilibria of a scene.
 pub struct Objective {
     request: Request,
-    search: PluginSearch,
+    pub(super) search: PluginSearch,
     pub(super) control: Control,
     pub(super) sheet: Arc<Sheet>,
     pub(super) parameters: Vec<Parameter>,
@@ -185,7 +185,7 @@ impl Objective {
     }
 
     /// The scene with the parameters `values`.
-    fn scene(&self, values: &[Vec<f64>]) -> Result<Scene> {
+    pub(super) fn scene(&self, values: &[Vec<f64>]) -> Result<Scene> {
         let with = self.parameters.iter().zip(values).enumerate();
         let over: Vec<String> = with.clone().map(|(k, (p, value))| p.set(k, value)).collect();
         let mut scene = self.request.scene.scene(&self.request.set, &over, OPTION)?;
