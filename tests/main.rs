@@ -6,6 +6,7 @@
 //! * `diffusion`: decay rates, order, conservation, maximum principle; faults of the paper's scheme.
 //! * `effects`: every registered effect by the public kit, and effects in runs.
 //! * `examples`: the numbered examples, and the crate with an effect of its own.
+//! * `fit`: parameters from data, their errors, what data do not determine, refusals.
 //! * `formula`: laws written as text, their derivatives and errors, the shipped models as text.
 //! * `fuzz`: hostile inputs for all that reads, its limits; formulas against trees.
 //! * `gradient`: derivatives of equilibria and steady states by parameters against differences.
@@ -31,6 +32,7 @@ mod coupled;
 mod diffusion;
 mod effects;
 mod examples;
+mod fit;
 mod formula;
 mod fuzz;
 mod gradient;

@@ -15,6 +15,7 @@ mod compare;
 mod completions;
 mod explain;
 mod findings;
+mod fit;
 mod follow;
 mod gradient;
 mod inspect;
@@ -88,6 +89,8 @@ enum Command {
     Follow(Box<follow::FollowArgs>),
     /// Differentiate an equilibrium by parameters of its scene: numbers, and fields as maps.
     Gradient(Box<gradient::GradientArgs>),
+    /// Fit parameters of a scene to data: values with standard errors, and what the data do not determine.
+    Fit(Box<fit::FitArgs>),
     /// Say what accuracy costs: a scene by several integrators and tolerances, against references.
     Accuracy(Box<accuracy::AccuracyArgs>),
     /// Generate, check and describe meshes.
@@ -139,6 +142,7 @@ fn run_command(command: &Command) -> crate::Result<()> {
         Command::Sweep(args) => sweep::run(args),
         Command::Follow(args) => follow::run(args),
         Command::Gradient(args) => gradient::run(args),
+        Command::Fit(args) => fit::run(args),
         Command::Accuracy(args) => accuracy::run(args, &Cli::command()),
         Command::Mesh(args) => mesh::run(args),
         Command::Plugin(args) => plugin::run(args),

@@ -6,7 +6,8 @@
 //! run       run, Pool                      one member; members as child processes
 //! gather    MemberResults, Norm, Measures  how members stand, their results, their distances from one another
 //! draw                                     tables, plots against time, cost or a key
-//! gradient                                  derivatives of measures at equilibrium by parameters
+//! gradient                                  derivatives of measures at rest or in time by parameters
+//! fit       fit, Fitted, Uncertainty       parameters from data, with what these do not determine
 //! sweep     a row of measures a member     compare   distances from the first     accuracy   errors against references
 //! ```
 
@@ -14,6 +15,7 @@ pub mod accuracy;
 pub mod compare;
 pub(crate) mod directory;
 pub(crate) mod draw;
+pub mod fit;
 pub mod gather;
 pub mod gradient;
 pub mod plan;

@@ -7,11 +7,11 @@ use std::sync::Arc;
 
 use super::course::{Course, run_to_end};
 use super::objective::{Evaluated, Found, Objective};
-use crate::model::Start;
+use crate::model::{Model, Start, State};
 use crate::num::real;
 use crate::run::{Error, Result, Simulation};
 use crate::scene::Scene;
-use crate::solve::replay::{Replay, Span};
+use crate::solve::replay::{Replay, Schedule, Span};
 use crate::solve::sensitivity::SteadyPoint;
 
 /// Tolerances of the replay where the scene has fixed steps.
@@ -55,12 +55,13 @@ impl Objective {
         }
         let mut breakpoints = simulation.stepper.breakpoints.clone();
         let run = match &self.schedule {
-            Some(_) => None,
-            None => Some(self.run(scene, &mut simulation, times)?),
+            None if self.runs_scene => Some(states_of_run(scene, &mut simulation, times)?),
+            _ => None,
         };
         let ends = match (&run, &self.schedule) {
-            (Some((_, ends)), _) | (None, Some((_, ends))) => ends.clone(),
-            (None, None) => Vec::new(),
+            (Some(states), _) => states.iter().map(|state| state.time).collect(),
+            (None, Some((_, ends))) => ends.clone(),
+            (None, None) => times.to_vec(),
         };
         let known = self.schedule.as_ref().and_then(|(schedule, _)| {
             let with = (&model, &start);
@@ -82,7 +83,9 @@ impl Objective {
         let value = states.iter().map(|state| self.measured(&model, state)).sum::<Result<f64>>()?;
         let of_run = match run {
             None => None,
-            Some((of_run, _)) => {
+            Some(states) => {
+                let of_run = states.iter().map(|state| self.measured(&model, state));
+                let of_run = of_run.sum::<Result<f64>>()?;
                 let change = value - real(states.len()) * self.measured(&model, &start)?;
                 Some((of_run, EXPLAINED * rtol * value.abs().max(change.abs())))
             }
@@ -130,28 +133,49 @@ impl Objective {
         Ok((breakpoints.times().to_vec(), scene.time.span.until.get()))
     }
 
-    /// Runs the scene through `times`, or to its end; the sum of J, with the times.
-    fn run(
-        &self,
-        scene: &Scene,
-        simulation: &mut Simulation,
-        times: &[f64],
-    ) -> Result<(f64, Vec<f64>)> {
-        let mut value = 0.0;
-        for &time in times {
-            while simulation.state().time < time {
-                simulation.step(time)?;
-                simulation.renew(false);
-            }
-            value += self.measured(simulation.model(), simulation.state())?;
-        }
-        if !times.is_empty() {
-            return Ok((value, times.to_vec()));
-        }
-        run_to_end(simulation, scene)?;
-        let (model, state) = (simulation.model(), simulation.state());
-        Ok((self.measured(model, state)?, vec![state.time]))
+    /// The steps of the last replay, with the times of J.
+    pub(crate) fn schedule(&self) -> Option<&(Schedule, Vec<f64>)> {
+        self.schedule.as_ref()
     }
+
+    /// Replays with these steps.
+    pub(crate) fn keep_schedule(&mut self, schedule: (Schedule, Vec<f64>)) {
+        self.schedule = Some(schedule);
+    }
+
+    /// The states of the run itself with the parameters `values`, at `times`, with its model.
+    ///
+    /// # Errors
+    /// A run that fails.
+    pub(crate) fn run(
+        &self,
+        values: &[Vec<f64>],
+        times: &[f64],
+    ) -> Result<(Arc<Model>, Vec<State>)> {
+        let scene = self.scene(values)?;
+        let mut simulation = Simulation::on_sheet(&scene, &self.search, &self.sheet)?;
+        simulation.set_control(self.control.clone());
+        simulation.prepare()?;
+        let states = states_of_run(&scene, &mut simulation, times)?;
+        Ok((Arc::clone(simulation.model()), states))
+    }
+}
+
+/// Runs `scene`, which `simulation` is set up for, through `times`, or to its end without any; the states there.
+fn states_of_run(scene: &Scene, simulation: &mut Simulation, times: &[f64]) -> Result<Vec<State>> {
+    let mut states = Vec::with_capacity(times.len().max(1));
+    for &time in times {
+        while simulation.state().time < time {
+            simulation.step(time)?;
+            simulation.renew(false);
+        }
+        states.push(simulation.state().clone());
+    }
+    if times.is_empty() {
+        run_to_end(simulation, scene)?;
+        states.push(simulation.state().clone());
+    }
+    Ok(states)
 }
 
 /// Refuses times that the scene does not have.

@@ -47,12 +47,12 @@ enum Kind {
 }
 
 impl Measure {
-    /// Reads it for `model`.
+    /// Reads it for `model`; errors begin with `origin`.
     ///
     /// # Errors
     /// An unknown measure, a formula with unknown names, a file that does not fit.
-    pub(super) fn parse(text: &str, model: &Model) -> Result<Self> {
-        let refuse = |message: String| Err(Error::Refused(format!("--measure {text}: {message}")));
+    pub(crate) fn parse(origin: &str, text: &str, model: &Model) -> Result<Self> {
+        let refuse = |message: String| Err(Error::Refused(format!("{origin} {text}: {message}")));
         let (weight, rest) = match text.split_once('*') {
             Some((number, rest)) if number.trim().parse::<f64>().is_ok_and(f64::is_finite) => {
                 (number.trim().parse().unwrap_or(1.0), rest.trim())
@@ -105,7 +105,7 @@ impl Measure {
     ///
     /// # Errors
     /// If the model has no value there.
-    pub(super) fn value(&self, model: &Model, state: &State) -> Result<f64> {
+    pub(crate) fn value(&self, model: &Model, state: &State) -> Result<f64> {
         let sheet = model.sheet();
         let value = match &self.kind {
             Kind::Energy => {
@@ -123,6 +123,13 @@ impl Measure {
             }
         };
         Ok(self.weight * value)
+    }
+
+    /// The values of the formula of an integral at the points of the law, or at the vertices without one.
+    pub(crate) fn field(&self, model: &Model, state: &State) -> Option<Vec<f64>> {
+        let Kind::Integral { formula, .. } = &self.kind else { return None };
+        let points = Points::new(model, state);
+        Some(formula.evaluate(points.places(), state.time, |s| points.column(s, state)))
     }
 
     /// The share of every point of the law, or every vertex without one, in an integral; none of other measures, which depend on

@@ -59,6 +59,8 @@ pub struct Objective {
     warm: Option<Positions>,
     /// The steps of the last replay of a run, with the times of J.
     pub(super) schedule: Option<(Schedule, Vec<f64>)>,
+    /// Whether the first evaluation in time runs the scene too.
+    pub(super) runs_scene: bool,
 }
 
 /// J at one p.
@@ -132,12 +134,21 @@ impl Objective {
             .map(|key| Parameter::field((source, set), (&scene, &simulation), key));
         let parameters = numbers.chain(fields).collect::<Result<Vec<_>>>()?;
         Parameter::check_apart(&parameters)?;
-        let of = |text: &String| Measure::parse(text, simulation.model());
+        let of = |text: &String| Measure::parse("--measure", text, simulation.model());
         let measures = request.measures.iter().map(of).collect::<Result<Vec<_>>>()?;
         let tally = simulation.model().tally().clone();
-        let (warm, schedule) = (None, None);
-        let objective =
-            Self { request, search, control, sheet, parameters, measures, tally, warm, schedule };
+        let objective = Self {
+            request,
+            search,
+            control,
+            sheet,
+            parameters,
+            measures,
+            tally,
+            warm: None,
+            schedule: None,
+            runs_scene: true,
+        };
         objective.check_measures(simulation.model().chemistry().is_some())?;
         Ok(objective)
     }
@@ -228,6 +239,21 @@ impl Objective {
         self.warm = Some(point.point().state.x.clone());
         let found = Found::AtRest(Box::new(point));
         Ok(Evaluated { value, at: values.to_vec(), found, moves: false })
+    }
+
+    /// The states at which J is measured with the parameters `values`, with their model. In time they are those of the replay alone.
+    ///
+    /// # Errors
+    /// As for [`Self::evaluate`].
+    pub(crate) fn states(&mut self, values: &[Vec<f64>]) -> Result<(Arc<Model>, Vec<State>)> {
+        self.runs_scene = false;
+        Ok(match self.evaluate(values)?.found {
+            Found::AtRest(point) => {
+                let point = point.point();
+                (Arc::clone(&point.model), vec![point.state.clone()])
+            }
+            Found::InTime(course) => (course.model, course.states),
+        })
     }
 
     /// J of a state.

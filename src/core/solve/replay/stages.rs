@@ -31,7 +31,7 @@ const SLOW: f64 = 0.2;
 const MAX_ITERATIONS: usize = 40;
 
 /// A step, or a time between breakpoints in which steps are made.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Span {
     /// Where it begins: just after a breakpoint.
     pub start: f64,

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use super::stages::{STAGES, Span, Stages, stage_time};
 use crate::model::{Coupled, Layout, Model, State, Subsystem};
 use crate::solve::Result;
@@ -12,7 +14,7 @@ use crate::solve::sensitivity::not_differentiable;
 const MEMORY: usize = 4 << 30;
 
 /// The steps of a replay.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Schedule {
     pub(super) steps: Vec<Span>,
     /// How many steps lead to every time at which the state is asked for.
