@@ -71,7 +71,9 @@ fn run_in_pool(args: &FitArgs) -> Result<()> {
         let stem = args.scene.scene.file_stem().unwrap_or_default().to_string_lossy();
         PathBuf::from(format!("{stem}-fit"))
     });
-    provenance::inputs(&scene, &[]).outside(&root)?;
+    let mut inputs = provenance::inputs(&scene, &[]);
+    inputs.add("the data", &args.data);
+    inputs.outside(&root)?;
     let about = serde_json::json!({
         "scene": scene.resolved()?,
         "data": fs::read_to_string(&args.data).map_err(OutputError::read(&args.data))?,

@@ -221,5 +221,8 @@ fn what_does_not_fit_is_refused_with_its_place() {
     fs::write(path.join("data.csv"), good).unwrap();
     fit(path, &["--with", "kinetics.parameters.k", "--out", "other"]);
     refused("t,mean(u)\n1,3\n", &format!("{k} --out other"), "--force removes it");
-    refused(good, &format!("{k} --out ."), "which no fit wrote");
+    refused(good, &format!("{k} --out ."), "is the scene of this command");
+    fs::create_dir(path.join("full")).unwrap();
+    fs::write(path.join("full/notes.txt"), "").unwrap();
+    refused(good, &format!("{k} --out full"), "notes.txt, which no fit wrote");
 }

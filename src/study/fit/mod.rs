@@ -202,7 +202,8 @@ impl Search {
     /// Descends from the scene's values and from others within the bounds; χ² at every end, and the best p.
     fn descend(&mut self, starts: u16) -> Result<(Vec<Option<f64>>, Vec<f64>)> {
         let mut noise = ChaCha8Rng::seed_from_u64(1);
-        let (mut ends, mut best): (Vec<Option<f64>>, Option<(f64, Vec<f64>)>) = (Vec::new(), None);
+        let mut ends = Vec::new();
+        let mut best: Option<(f64, Vec<f64>)> = None;
         for number in 0..starts.max(1) {
             let from: Vec<f64> = match number {
                 0 => {

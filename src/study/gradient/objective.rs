@@ -127,11 +127,10 @@ impl Objective {
         let simulation = Simulation::new(&scene, &search)?;
         check(&scene, &simulation, &request.place)?;
         let sheet = Arc::clone(simulation.sheet());
-        let numbers = request.numbers.iter().map(|key| Parameter::number(source, set, &scene, key));
-        let fields = request
-            .fields
-            .iter()
-            .map(|key| Parameter::field((source, set), (&scene, &simulation), key));
+        let with = (&scene, &search, &sheet);
+        let numbers = request.numbers.iter().map(|key| Parameter::number((source, set), with, key));
+        let on = (&scene, &simulation, &search);
+        let fields = request.fields.iter().map(|key| Parameter::field((source, set), on, key));
         let parameters = numbers.chain(fields).collect::<Result<Vec<_>>>()?;
         Parameter::check_apart(&parameters)?;
         let of = |text: &String| Measure::parse("--measure", text, simulation.model());

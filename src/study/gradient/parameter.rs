@@ -4,11 +4,13 @@
 //! derivatives. Where a field is read at the triangles it has there its own value, and the mean of the changes at the corners.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use toml::Value;
 
 use super::measure::species_names;
 use super::source::SceneSource;
+use crate::kinetics::PluginSearch;
 use crate::num::real;
 use crate::run::{Error, Result, Simulation, field_values};
 use crate::scene::{Scene, path_to};
@@ -46,12 +48,11 @@ impl Parameter {
     /// # Errors
     /// A key that the scene does not have, of the sheet, or of another type.
     pub(super) fn number(
-        source: &SceneSource,
-        set: &[String],
-        scene: &Scene,
+        (source, set): (&SceneSource, &[String]),
+        (scene, search, sheet): (&Scene, &PluginSearch, &Arc<Sheet>),
         key: &str,
     ) -> Result<Self> {
-        let (target, value) = find(source, set, scene, key)?;
+        let (target, value) = find((source, set), (scene, search, sheet), key)?;
         let number = match value {
             Value::Float(number) => number,
             other => {
@@ -70,11 +71,11 @@ impl Parameter {
     /// A key that the scene does not have, of the sheet, or a field that reads species or time.
     pub(super) fn field(
         (source, set): (&SceneSource, &[String]),
-        (scene, simulation): (&Scene, &Simulation),
+        (scene, simulation, search): (&Scene, &Simulation, &PluginSearch),
         key: &str,
     ) -> Result<Self> {
         let sheet = &**simulation.sheet();
-        let (target, value) = find(source, set, scene, key)?;
+        let (target, value) = find((source, set), (scene, search, simulation.sheet()), key)?;
         if let Some(values) = initial_species(simulation, &target) {
             return Ok(Self::of_points((key, target), values, sheet));
         }
@@ -181,7 +182,11 @@ fn means(sheet: &Sheet, values: &[f64]) -> Vec<f64> {
 }
 
 /// What stands at `key` of `scene`, with list elements by their numbers.
-fn find(source: &SceneSource, set: &[String], scene: &Scene, key: &str) -> Result<(String, Value)> {
+fn find(
+    (source, set): (&SceneSource, &[String]),
+    (scene, search, sheet): (&Scene, &PluginSearch, &Arc<Sheet>),
+    key: &str,
+) -> Result<(String, Value)> {
     if key.contains('=') {
         return Err(Error::Refused(format!(
             "{OPTION} {key}: expected a key alone, as material.thickness"
@@ -198,8 +203,8 @@ fn find(source: &SceneSource, set: &[String], scene: &Scene, key: &str) -> Resul
     match resolved.and_then(|value| at(value, "", &target)) {
         Some(value) => Ok((target, value)),
         None => {
-            // A key that the scene cannot have is refused with the nearest one.
-            source.scene(set, &over, OPTION)?;
+            // A key that the scene or its law cannot have is refused with the nearest one.
+            Simulation::on_sheet(&source.scene(set, &over, OPTION)?, search, sheet)?;
             let message = "the scene leaves it out, and derivatives are taken at its value";
             let help = format!("--set {key}=VALUE gives it one");
             Err(scene.error_at(&target, message, Some(&help)).into())
