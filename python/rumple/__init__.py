@@ -19,6 +19,7 @@ import logging
 from collections.abc import Callable, Iterable
 from typing import Any
 
+from . import autodiff
 from ._rumple import (
     Batch,
     Error,
@@ -61,6 +62,7 @@ __all__ = [
     "Step",
     "__version__",
     "accuracy",
+    "autodiff",
     "compare",
     "law",
     "load",

@@ -94,3 +94,50 @@ def test_what_is_wrong_is_said():
     with pytest.raises(rumple.SceneError):
         objective.value([-1.0])
     assert objective.value([0.3]) > 0
+
+
+def decaying():
+    scene = rumple.parse("""
+    sheet = { shape = "disc", radius = 3.0, vertices = 60 }
+    time = { until = 2.0 }
+    [kinetics]
+    rates.u = "s - k*u"
+    parameters = { k = 0.5, s = 0.1 }
+    initial.u = 2.0
+    """)
+    keys = ["kinetics.parameters.k", "kinetics.parameters.s"]
+    return rumple.Objective(scene, "mean(u)", keys, in_time=True)
+
+
+def test_jax_differentiates_through_a_run():
+    jax = pytest.importorskip("jax")
+    objective = decaying()
+    loss = rumple.autodiff.to_jax(objective)
+    x = jax.numpy.array([0.6, 0.2])
+    through = lambda x: loss(x * x) ** 2
+    value, gradient = jax.value_and_grad(jax.jit(through))(x)
+    j, slope = objective(numpy.array([0.36, 0.04]))
+    assert float(value) == pytest.approx(j**2, rel=1e-5)
+    assert numpy.asarray(gradient) == pytest.approx(2 * j * slope * 2 * numpy.array([0.6, 0.2]), rel=1e-5)
+    assert float(through(x)) == pytest.approx(j**2, rel=1e-5)
+
+
+def test_torch_differentiates_through_a_run():
+    torch = pytest.importorskip("torch")
+    objective = decaying()
+    loss = rumple.autodiff.to_torch(objective)
+    x = torch.tensor([0.6, 0.2], dtype=torch.float64, requires_grad=True)
+    value = loss(x * x) ** 2
+    value.backward()
+    j, slope = objective(numpy.array([0.36, 0.04]))
+    assert value.item() == pytest.approx(j**2, rel=1e-12)
+    assert x.grad.numpy() == pytest.approx(2 * j * slope * 2 * numpy.array([0.6, 0.2]), rel=1e-12)
+    with torch.no_grad():
+        assert loss(x * x).item() == j
+
+
+@pytest.mark.parametrize("name, package", [("to_jax", "jax"), ("to_torch", "torch")])
+def test_what_is_not_installed_is_named(monkeypatch, name, package):
+    monkeypatch.setitem(__import__("sys").modules, package, None)
+    with pytest.raises(rumple.Error, match=f"pip install {package}"):
+        getattr(rumple.autodiff, name)(decaying())

@@ -204,6 +204,7 @@ fn what_does_not_fit_is_refused_with_its_place() {
         ("t,x,y,u\n1,9,0,1\n", "data.csv:2: (9, 0, 0) lies 6.0"),
         ("t,mean(u),sigma mean(u)\n1,2,0\n", "sigma mean(u): expected a number above 0"),
         ("t,sigma mean(u)\n1,2\n", "there is no column mean(u)"),
+        ("t;mean(u)\n1;2\n", "columns are separated by commas"),
         ("t,mean(u),mean(u)\n1,2,3\n", "mean(u) is there twice"),
         ("t\n1\n", "expected a column of a measure"),
         ("mean(u)\n1\n", "the data have no column t"),

@@ -90,6 +90,11 @@ impl Data {
         };
         let titles: Vec<String> =
             reader.headers().map_err(wrong)?.iter().map(str::to_owned).collect();
+        if let [only] = &titles[..]
+            && only.contains([';', '\t'])
+        {
+            return Err(refuse(1, format!("{only:?}: columns are separated by commas")));
+        }
         if let Some(twice) = titles.iter().enumerate().find(|(k, t)| titles[..*k].contains(t)) {
             return Err(refuse(1, format!("the column {} is there twice", twice.1)));
         }
