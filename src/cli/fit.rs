@@ -7,8 +7,8 @@ use clap::Args;
 
 use super::{SceneArgs, warn};
 use crate::output::{Claim, Interrupt, OutputError, atomic};
-use crate::run::{Result, provenance};
-use crate::solve::Control;
+use crate::run::{Error, Result, provenance};
+use crate::solve::{Control, SolveError};
 use crate::study::directory::{names, refuse};
 use crate::study::fit::{Bounded, Data, Direction, Fit, FitRequest, Fitted};
 use crate::study::gradient::SceneSource;
@@ -103,7 +103,11 @@ fn run_in_pool(args: &FitArgs) -> Result<()> {
             warn(text);
         }
     });
-    let fitted = fit.run(&root.join(RECORD), told)?;
+    let fitted = fit.run(&root.join(RECORD), told).inspect_err(|error| {
+        if matches!(error, Error::Solve(SolveError::Interrupted)) {
+            warn("interrupted: the same command continues");
+        }
+    })?;
     let text = serde_json::to_string_pretty(&fitted).unwrap_or_default();
     atomic::replace(&root.join(RESULT), |writer| writeln!(writer, "{text}"))?;
     atomic::replace(&root.join(TABLE), |writer| table(&fitted, writer))?;

@@ -96,7 +96,8 @@ fn run_in_pool(args: &GradientArgs) -> Result<()> {
         );
     }
     let doubts = evaluated.course().map(|course| course.doubts(evaluated.value));
-    doubts.into_iter().flatten().for_each(|doubt| warn(&doubt));
+    let check = objective.check_by_replay(&evaluated, &gradient)?;
+    doubts.into_iter().flatten().chain(check).for_each(|doubt| warn(&doubt));
     let rows = || objective.parameters().iter().zip(&gradient);
     match args.json {
         true => print_json(args, &evaluated, rows()),

@@ -159,6 +159,24 @@ fn a_modulus_from_heights_at_places() {
 }
 
 #[test]
+fn a_rate_changes_its_sign_on_the_way() {
+    let folder = folder(DECAY);
+    let rows = (1..=6).map(|t| {
+        let t = 0.5 * f64::from(t);
+        format!("{t},{}", exact(t, -0.4, 0.3)[0])
+    });
+    let rows: Vec<String> = rows.collect();
+    fs::write(folder.path().join("data.csv"), format!("t,mean(u)\n{}\n", rows.join("\n"))).unwrap();
+    for start in ["0.5", "0.1", "0.0"] {
+        let set = format!("kinetics.parameters.k={start}");
+        let found =
+            fit(folder.path(), &["--with", "kinetics.parameters.k", "--force", "--set", &set]);
+        let k = numbers(&found["values"])[0];
+        assert!((k + 0.4).abs() < 1e-4, "{start}: {found}");
+    }
+}
+
+#[test]
 fn an_interrupted_fit_goes_on_to_the_same_bytes() {
     let folder = folder(DECAY);
     let root = folder.path().join("scene-fit");
@@ -204,6 +222,7 @@ fn what_does_not_fit_is_refused_with_its_place() {
         ("t,x,y,u\n1,9,0,1\n", "data.csv:2: (9, 0, 0) lies 6.0"),
         ("t,mean(u),sigma mean(u)\n1,2,0\n", "sigma mean(u): expected a number above 0"),
         ("t,sigma mean(u)\n1,2\n", "there is no column mean(u)"),
+        ("1,2\n3,4\n", "expected a head"),
         ("t;mean(u)\n1;2\n", "columns are separated by commas"),
         ("t,mean(u),mean(u)\n1,2,3\n", "mean(u) is there twice"),
         ("t\n1\n", "expected a column of a measure"),

@@ -93,8 +93,17 @@ fn a_shape_that_moves_under_drag_from_an_equilibrium_and_from_a_given_start() {
     let found = error(&mut in_time(&moving, &measures, &numbers, &["kinetics.parameters.k"]), 2e-3);
     assert!(found < 1e-6, "{found:e}");
     let fast = moving.replace("simultaneous", "chemistry-fast");
-    let found = error(&mut in_time(&fast, &measures, &numbers[..3], &[]), 2e-3);
+    let mut objective = in_time(&fast, &measures, &numbers, &[]);
+    let found = error(&mut objective, 2e-3);
     assert!(found < 1e-6, "{found:e}");
+    // Its shape begins at the species of the scene, from which it moves on: the replay is the run.
+    let short = fast.replace("until = 0.6", "until = 0.02");
+    for scene in [&fast, &short] {
+        let mut objective = in_time(scene, &["mean(sqrt(ux^2+uy^2+uz^2))"], &numbers[..1], &[]);
+        let here = objective.evaluate(&objective.values()).unwrap();
+        let doubts = here.course().unwrap().doubts(here.value);
+        assert!(doubts.is_empty(), "{doubts:?}");
+    }
     let given = moving.replace("until = 0.6", "until = 0.6, start = \"given\"");
     let found = error(&mut in_time(&given, &measures, &numbers, &[]), 2e-3);
     assert!(found < 1e-6, "{found:e}");
@@ -149,4 +158,46 @@ fn what_is_not_covered_is_refused() {
     assert_eq!(refusal(&later, "kinetics.parameters.a"), "");
     let said = refusal(&later, "kinetics.parameters.b");
     assert!(said.contains("kinetics.parameters.b: it moves a time"), "{said}");
+}
+
+#[test]
+fn values_next_to_zero_have_derivatives() {
+    let at = |b: f64| {
+        let scene = FIXED
+            .replace("\"a - u", "\"a + d*u - u")
+            .replace("b = 0.9 }", &format!("b = 0.9, d = {b:e} }}"));
+        let mut objective = in_time(&scene, &["mean(u^2)"], &["kinetics.parameters.d"], &[]);
+        let mut here = objective.evaluate(&objective.values()).unwrap();
+        objective.gradient(&mut here).unwrap()[0][0]
+    };
+    let exact = at(0.0);
+    for tiny in [1e-16, 1e-12, -1e-9, 1e-6] {
+        let found = at(tiny);
+        assert!((found / exact - 1.0).abs() < 1e-5, "{tiny}: {found} {exact}");
+    }
+}
+
+/// A species whose source ends where it reaches a level.
+const JUMPING: &str = r#"
+sheet = { shape = "disc", radius = 5.0, vertices = 30 }
+effect = [{ kind = "diffusion", species = "u", coefficient = 0.5 }]
+time = { until = 2.0, integrator = "monolithic" }
+[kinetics]
+rates.u = "a*step(b - u) + 0.3"
+parameters = { a = 1.0, b = 0.8 }
+initial.u = { formula = "0.2 + 0.02*x" }
+"#;
+
+#[test]
+fn a_law_that_jumps_is_doubted_and_a_smooth_one_is_not() {
+    let doubt = |scene: &str| {
+        let mut objective =
+            in_time(scene, &["mean(u)"], &["kinetics.parameters.a", "kinetics.parameters.b"], &[]);
+        let mut here = objective.evaluate(&objective.values()).unwrap();
+        let gradient = objective.gradient(&mut here).unwrap();
+        objective.check_by_replay(&here, &gradient).unwrap()
+    };
+    assert_eq!(doubt(FIXED), None);
+    let said = doubt(JUMPING).unwrap_or_default();
+    assert!(said.contains("Does the law jump"), "{said}");
 }

@@ -78,6 +78,7 @@ fn what_has_no_gradient_is_refused_with_its_place() {
         ("--measure volume --with material.young", "encloses no volume"),
         ("--measure most(uz) --with material.young", "expected energy, volume"),
         ("--measure energy --map material.young --vtu m.vtu", "maps are of other measures"),
+        ("--measure mean(uz) --with time.until", "it says how the scene is solved"),
         ("--measure mean(uz) --with material", "not a number"),
         (
             "--measure mean(uz) --with material.young --map material.young --vtu m.vtu",

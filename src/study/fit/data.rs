@@ -95,6 +95,10 @@ impl Data {
         {
             return Err(refuse(1, format!("{only:?}: columns are separated by commas")));
         }
+        if titles.iter().any(|title| title.is_empty() || title.parse::<f64>().is_ok()) {
+            let message = "expected a head, the names of the columns, as t,mean(uz)";
+            return Err(refuse(1, message.to_owned()));
+        }
         if let Some(twice) = titles.iter().enumerate().find(|(k, t)| titles[..*k].contains(t)) {
             return Err(refuse(1, format!("the column {} is there twice", twice.1)));
         }

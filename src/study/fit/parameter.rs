@@ -13,6 +13,9 @@ use crate::run::{Error, Result};
 /// Share of its range by which a start is moved off a bound, where p does not change with u.
 const INSIDE: f64 = 1e-3;
 
+/// Share of its range that a parameter counts as at least.
+const LEAST_SIZE: f64 = 1e-2;
+
 /// A key with its bounds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bounded {
@@ -114,9 +117,9 @@ impl Coordinate {
         }
     }
 
-    /// A size of p: that of `p`, or of its range where that is 0.
+    /// A size of p: that of `p`, or a share of its range where that is more, as next to 0.
     pub(super) fn scale(&self, p: f64) -> f64 {
-        if p == 0.0 { self.length } else { p.abs() }
+        p.abs().max(LEAST_SIZE * self.length)
     }
 
     /// Whether `p` lies at a bound, up to a millionth of the range.

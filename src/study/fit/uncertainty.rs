@@ -12,6 +12,9 @@ use serde::Serialize;
 
 use super::problem::ROUND_OFF;
 
+/// Products of shares of parameters in a direction below this are round-off.
+const SHARE: f64 = 1e-4;
+
 /// Standard errors and what the data do not determine.
 #[derive(Debug, Clone, Serialize)]
 pub struct Uncertainty {
@@ -59,7 +62,7 @@ impl Uncertainty {
                 let product = v[(k, i)] * v[(k, j)];
                 match error {
                     Some(error) => product * error * error,
-                    None if product == 0.0 => 0.0,
+                    None if product.abs() < SHARE => 0.0,
                     None => f64::INFINITY,
                 }
             });

@@ -25,6 +25,10 @@ use crate::solve::sensitivity::changes_with_rigid_motions;
 
 /// Step of a difference, relative to the largest value of the parameter: its error is the square of this, and round-off over it.
 const STEP: f64 = 1e-5;
+/// Share of λ·g + J by which a change of a number by all of its value is to change it: below, round-off shows, and longer steps are tried,
+/// each so many times as long.
+const INFLUENCE: f64 = 1e-3;
+const STEP_RATIO: f64 = 100.0;
 /// Vertices at which the reach of a change is looked for.
 const PROBES: usize = 12;
 /// Rings over which a change may reach: further away a parameter acts on the whole sheet.
@@ -90,6 +94,12 @@ impl Parts {
         self.vertices.iter().chain(&self.triangles).sum::<f64>() + self.whole
     }
 
+    /// Sum of the magnitudes.
+    fn size(&self) -> f64 {
+        self.vertices.iter().chain(&self.triangles).map(|part| part.abs()).sum::<f64>()
+            + self.whole.abs()
+    }
+
     /// `Σ_k weight_k · parts_k`.
     fn combined<const K: usize>(all: [(f64, &Self); K]) -> Self {
         let sum =
@@ -110,16 +120,44 @@ impl AtFixedState<'_> {
     /// Laws that fail; a field that acts beyond its neighbourhood.
     fn derivative(&self, k: usize) -> Result<Vec<f64>> {
         match self.objective.parameters[k].is_field() {
-            false => Ok(vec![self.along(k, &|_| 1.0)?.sum()]),
+            false => Ok(vec![self.by_number(k)?]),
             true => self.by_colours(k),
         }
     }
 
-    /// The derivative along a `direction` of parameter `k`; one-sided where the scene takes no values on the other side.
-    fn along(&self, k: usize, direction: &dyn Fn(usize) -> f64) -> Result<Parts> {
+    /// The derivative by the number `k`. The step is relative to its value, unless that is so small that it has no influence: of
+    /// longer ones that is taken from which the derivative changes least.
+    fn by_number(&self, k: usize) -> Result<f64> {
+        let (value, mut step) = (self.values[k][0], self.step(k));
+        let mut last = self.along((k, step), &|_| 1.0)?.sum();
+        if step >= STEP {
+            return Ok(last);
+        }
+        let size = self.parts(k, vec![value])?.size();
+        let mut best = (f64::INFINITY, last);
+        while step < STEP && step / STEP * last.abs() < INFLUENCE * size {
+            step = STEP.min(STEP_RATIO * step);
+            let Ok(next) = self.along((k, step), &|_| 1.0) else { break };
+            let next = next.sum();
+            // Of what does not change at all, 0/0, nothing is known.
+            let change = (next - last).abs() / next.abs().max(last.abs());
+            if change < best.0 {
+                best = (change, next);
+            }
+            last = next;
+        }
+        Ok(best.1)
+    }
+
+    /// The step of differences of parameter `k`.
+    fn step(&self, k: usize) -> f64 {
+        let largest = self.values[k].iter().fold(0.0, |largest: f64, v| largest.max(v.abs()));
+        STEP * if largest > 0.0 { largest } else { 1.0 }
+    }
+
+    /// The derivative along a `direction` of parameter `k` with a step; one-sided where the scene takes no values on the other side.
+    fn along(&self, (k, step): (usize, f64), direction: &dyn Fn(usize) -> f64) -> Result<Parts> {
         let value = &self.values[k];
-        let largest = value.iter().fold(0.0, |largest: f64, v| largest.max(v.abs()));
-        let step = STEP * if largest > 0.0 { largest } else { 1.0 };
         let at = |steps: f64| {
             let moved = value.iter().enumerate().map(|(i, v)| v + steps * step * direction(i));
             self.parts(k, moved.collect())
@@ -179,7 +217,7 @@ impl AtFixedState<'_> {
         for probe in 0..PROBES.min(n) {
             let vertex = probe * n / PROBES.min(n);
             let rings = Rings::around(sheet, &[vertex], MAX_REACH + 1);
-            let changed = self.along(k, &|i| f64::from(i == vertex))?;
+            let changed = self.along((k, self.step(k)), &|i| f64::from(i == vertex))?;
             reach = reach.max(rings.reach(sheet, &changed));
         }
         if reach > MAX_REACH {
@@ -190,7 +228,7 @@ impl AtFixedState<'_> {
             self.objective.control.check()?;
             let mut chosen = vec![0.0; n];
             colour.iter().for_each(|v| chosen[*v] = 1.0);
-            let changed = self.along(k, &|i| chosen[i])?;
+            let changed = self.along((k, self.step(k)), &|i| chosen[i])?;
             Ok(Rings::around(sheet, colour, reach).gather(sheet, &changed))
         };
         let found: Result<Vec<_>> =
@@ -201,7 +239,7 @@ impl AtFixedState<'_> {
         let mut random = ChaCha8Rng::seed_from_u64(1);
         let signs: Vec<f64> =
             (0..n).map(|_| if random.random::<bool>() { 1.0 } else { -1.0 }).collect();
-        let along = self.along(k, &|i| signs[i])?.sum();
+        let along = self.along((k, self.step(k)), &|i| signs[i])?.sum();
         let sum: f64 = all.iter().zip(&signs).map(|(d, s)| d * s).sum();
         let size: f64 = all.iter().map(|d| d.abs()).sum();
         if (along - sum).abs() > TOLERANCE * size {

@@ -11,6 +11,7 @@ use crate::model::{Model, Start, State};
 use crate::num::real;
 use crate::run::{Error, Result, Simulation};
 use crate::scene::Scene;
+use crate::solve::SolveError;
 use crate::solve::replay::{Replay, Schedule, Span};
 use crate::solve::sensitivity::SteadyPoint;
 
@@ -20,6 +21,10 @@ const TOLERANCE: f64 = 1e-4;
 const MAX_ERROR: f64 = 4.0;
 /// Difference from the run, in relative tolerances of the larger of J and its change, that these do not explain.
 const EXPLAINED: f64 = 3.0;
+/// Step of the difference that checks a gradient; its error that is said; and the share of J by which parameters change it at least.
+const CHECK_STEP: f64 = 1e-5;
+const CHECK_ERROR: f64 = 0.01;
+const CHECKED: f64 = 1e-4;
 /// Change of a parameter by which breakpoints are found to move, relative to its largest value, and their change, to the end.
 const MOVED: (f64, f64) = (1e-3, 1e-9);
 
@@ -35,6 +40,7 @@ impl Objective {
         times: &[f64],
     ) -> Result<Evaluated> {
         check_times(times, scene.time.span.until.get())?;
+        let given = simulation.state().species.clone();
         simulation.prepare()?;
         let integrator = &scene.time.integrator;
         let rtol = integrator.rtol().unwrap_or(TOLERANCE);
@@ -44,9 +50,10 @@ impl Objective {
         let settles = model.moves() && simulation.stepper.start == Start::Equilibrium;
         let first = match settles && model.storage().mechanics > 0.0 {
             true => {
-                let steady = model.chemistry().is_some() && model.storage().chemistry == 0.0;
-                let rest = (steady, simulation.force_tolerance());
-                Some(Box::new(SteadyPoint::new(Arc::clone(&model), &start, rest, &self.control)?))
+                // At the species of the scene: a chemistry without storage becomes steady after that.
+                let rest = (false, simulation.force_tolerance());
+                let first = State { species: given, ..start.clone() };
+                Some(Box::new(SteadyPoint::new(Arc::clone(&model), &first, rest, &self.control)?))
             }
             false => None,
         };
@@ -131,6 +138,45 @@ impl Objective {
         let mut breakpoints = simulation.stepper.breakpoints.clone();
         breakpoints.sample(&mut simulation.evaluate());
         Ok((breakpoints.times().to_vec(), scene.time.span.until.get()))
+    }
+
+    /// Compares the gradient with the difference of two replays along all parameters at once; what makes it doubtful.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn check_by_replay(
+        &mut self,
+        evaluated: &Evaluated,
+        gradient: &[Vec<f64>],
+    ) -> Result<Option<String>> {
+        if evaluated.course().is_none() {
+            return Ok(None);
+        }
+        let (mut moved, mut expected) = (evaluated.at.clone(), 0.0);
+        for (value, slope) in moved.iter_mut().flatten().zip(gradient.iter().flatten()) {
+            let size = if *value == 0.0 { 1.0 } else { value.abs() };
+            expected += slope.abs() * size;
+            *value += CHECK_STEP * size.copysign(*slope);
+        }
+        // Of less, round-off is seen.
+        if expected < CHECKED * evaluated.value.abs() {
+            return Ok(None);
+        }
+        let found = self.states(&moved).and_then(|(model, states)| {
+            states.iter().map(|state| self.measured(&model, state)).sum::<Result<f64>>()
+        });
+        let found = match found {
+            Err(error @ Error::Solve(SolveError::Interrupted)) => return Err(error),
+            Err(_) => return Ok(None),
+            Ok(value) => (value - evaluated.value) / CHECK_STEP,
+        };
+        let differs = (found - expected).abs() > CHECK_ERROR * expected;
+        Ok(differs.then(|| {
+            format!(
+                "the gradient is not that of the run: along all parameters at once it is {expected:.4e}, and a difference of replays {found:.4e}. \
+                 Does the law jump, as step(c - c0) does?"
+            )
+        }))
     }
 
     /// The steps of the last replay, with the times of J.

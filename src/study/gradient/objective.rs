@@ -127,9 +127,8 @@ impl Objective {
         let simulation = Simulation::new(&scene, &search)?;
         check(&scene, &simulation, &request.place)?;
         let sheet = Arc::clone(simulation.sheet());
-        let with = (&scene, &search, &sheet);
-        let numbers = request.numbers.iter().map(|key| Parameter::number((source, set), with, key));
         let on = (&scene, &simulation, &search);
+        let numbers = request.numbers.iter().map(|key| Parameter::number((source, set), on, key));
         let fields = request.fields.iter().map(|key| Parameter::field((source, set), on, key));
         let parameters = numbers.chain(fields).collect::<Result<Vec<_>>>()?;
         Parameter::check_apart(&parameters)?;

@@ -4,13 +4,13 @@
 //! derivatives. Where a field is read at the triangles it has there its own value, and the mean of the changes at the corners.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use toml::Value;
 
 use super::measure::species_names;
 use super::source::SceneSource;
 use crate::kinetics::PluginSearch;
+use crate::kinetics::descriptor::Default;
 use crate::num::real;
 use crate::run::{Error, Result, Simulation, field_values};
 use crate::scene::{Scene, path_to};
@@ -49,12 +49,23 @@ impl Parameter {
     /// A key that the scene does not have, of the sheet, or of another type.
     pub(super) fn number(
         (source, set): (&SceneSource, &[String]),
-        (scene, search, sheet): (&Scene, &PluginSearch, &Arc<Sheet>),
+        (scene, simulation, search): (&Scene, &Simulation, &PluginSearch),
         key: &str,
     ) -> Result<Self> {
-        let (target, value) = find((source, set), (scene, search, sheet), key)?;
+        let (target, value) = find((source, set), (scene, simulation, search), key)?;
         let number = match value {
             Value::Float(number) => number,
+            // `drag = 10.0` is one number in short.
+            Value::Table(table) if target == "material.drag" && table.len() == 1 => {
+                match table.get("per-vertex") {
+                    Some(Value::Float(number)) => *number,
+                    _ => {
+                        let help = "--with material.drag.per-area, or how the scene has it";
+                        let message = "it is a table";
+                        return Err(scene.error_at(&target, message, Some(help)).into());
+                    }
+                }
+            }
             other => {
                 let message = format!("it is {}, not a number", described(&other));
                 let help = "--map gives the derivative by the values of a field at the vertices";
@@ -75,7 +86,7 @@ impl Parameter {
         key: &str,
     ) -> Result<Self> {
         let sheet = &**simulation.sheet();
-        let (target, value) = find((source, set), (scene, search, simulation.sheet()), key)?;
+        let (target, value) = find((source, set), (scene, simulation, search), key)?;
         if let Some(values) = initial_species(simulation, &target) {
             return Ok(Self::of_points((key, target), values, sheet));
         }
@@ -184,7 +195,7 @@ fn means(sheet: &Sheet, values: &[f64]) -> Vec<f64> {
 /// What stands at `key` of `scene`, with list elements by their numbers.
 fn find(
     (source, set): (&SceneSource, &[String]),
-    (scene, search, sheet): (&Scene, &PluginSearch, &Arc<Sheet>),
+    (scene, simulation, search): (&Scene, &Simulation, &PluginSearch),
     key: &str,
 ) -> Result<(String, Value)> {
     if key.contains('=') {
@@ -194,20 +205,42 @@ fn find(
     }
     let over = [format!("{key}=1.0")];
     let target = source.overridden_keys(set, &over, OPTION)?.pop().unwrap_or_default();
-    if target == "sheet" || target.starts_with("sheet.") {
+    let table = target.split(['.', '[']).next().unwrap_or_default();
+    if table == "sheet" {
         let message =
             "it makes another mesh or another start: equilibria are differentiated on one mesh";
+        return Err(scene.error_at(&target, message, None).into());
+    }
+    if !["material", "effect", "kinetics"].contains(&table) {
+        let message = "it says how the scene is solved: parameters are those of [material], [[effect]] and [kinetics]";
         return Err(scene.error_at(&target, message, None).into());
     }
     let resolved = toml::from_str::<Value>(&scene.resolved()?).ok();
     match resolved.and_then(|value| at(value, "", &target)) {
         Some(value) => Ok((target, value)),
+        None if default(simulation, &target).is_some() => {
+            Ok((target.clone(), Value::Float(default(simulation, &target).unwrap_or_default())))
+        }
         None => {
             // A key that the scene or its law cannot have is refused with the nearest one.
-            Simulation::on_sheet(&source.scene(set, &over, OPTION)?, search, sheet)?;
+            Simulation::on_sheet(&source.scene(set, &over, OPTION)?, search, simulation.sheet())?;
             let message = "the scene leaves it out, and derivatives are taken at its value";
             let help = format!("--set {key}=VALUE gives it one");
             Err(scene.error_at(&target, message, Some(&help)).into())
+        }
+    }
+}
+
+/// The default of a parameter of the only law, which the scene leaves out.
+fn default(simulation: &Simulation, target: &str) -> Option<f64> {
+    let name = target.strip_prefix("kinetics.parameters.")?;
+    let all = &simulation.model().chemistry()?.descriptor().parameters;
+    let mut number = all.iter().position(|parameter| parameter.name == name)?;
+    loop {
+        match all.get(number)?.default {
+            Default::Value(value) => return Some(value),
+            Default::SameAs(earlier) if earlier < number => number = earlier,
+            Default::SameAs(_) => return None,
         }
     }
 }
