@@ -130,8 +130,8 @@ def test_torch_differentiates_through_a_run():
     value = loss(x * x) ** 2
     value.backward()
     j, slope = objective(numpy.array([0.36, 0.04]))
-    assert value.item() == pytest.approx(j**2, rel=1e-12)
-    assert x.grad.numpy() == pytest.approx(2 * j * slope * 2 * numpy.array([0.6, 0.2]), rel=1e-12)
+    assert value.item() == pytest.approx(j**2, rel=1e-9)
+    assert x.grad.numpy() == pytest.approx(2 * j * slope * 2 * numpy.array([0.6, 0.2]), rel=1e-9)
     with torch.no_grad():
         assert loss(x * x).item() == j
 
