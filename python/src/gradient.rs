@@ -121,8 +121,7 @@ impl Objective {
             (false, true) => Place::InTime(times),
             (false, false) => Place::End,
             (true, true) => {
-                let message =
-                    "at_start and in_time: the equilibrium at the start is no state in time";
+                let message = "at_start and in_time exclude one another";
                 return Err(pyo3::exceptions::PyValueError::new_err(message));
             }
         };

@@ -221,7 +221,7 @@ fn what_does_not_fit_is_refused_with_its_place() {
         ("t,mean(u)\n1,2,3\n", "data.csv:2"),
         ("t,x,y,u\n1,9,0,1\n", "data.csv:2: (9, 0, 0) lies 6.0"),
         ("t,mean(u),sigma mean(u)\n1,2,0\n", "sigma mean(u): expected a number above 0"),
-        ("t,sigma mean(u)\n1,2\n", "there is no column mean(u)"),
+        ("t,sigma mean(u)\n1,2\n", "the column mean(u) is missing"),
         ("1,2\n3,4\n", "expected a head"),
         ("t;mean(u)\n1;2\n", "columns are separated by commas"),
         ("t,mean(u),mean(u)\n1,2,3\n", "mean(u) is there twice"),

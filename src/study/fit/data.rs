@@ -191,7 +191,7 @@ impl Data {
             let of_place = at_places && ["x", "y", "z"].contains(&&**title);
             if let Some(of) = title.strip_prefix(SIGMA) {
                 if self.column(of).is_none() {
-                    let message = format!("{title}: there is no column {of}");
+                    let message = format!("{title}: the column {of} is missing");
                     return Err(self.refused(1, &message));
                 }
             } else if title != "t" && !of_place {

@@ -47,7 +47,7 @@ impl Record {
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
         let lines = text[..whole].lines();
         let entries: Vec<Entry> = lines.map_while(|line| serde_json::from_str(line).ok()).collect();
-        // Lines after one that is no entry are of no use.
+        // What follows a damaged line is dropped.
         let kept: usize = text.lines().take(entries.len()).map(|line| line.len() + 1).sum();
         file.set_len(u64::try_from(kept).unwrap_or_default()).map_err(OutputError::write(path))?;
         file.flush().map_err(OutputError::write(path))?;

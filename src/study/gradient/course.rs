@@ -58,7 +58,7 @@ impl Course {
         }
         if self.derivative_error > DERIVATIVE_ERROR {
             all.push(format!(
-                "derivatives of forces and rates by shape and species are known to {:.1e} only: the gradient is no better",
+                "derivatives of forces and rates by shape and species are known to {:.1e} only: so is the gradient",
                 self.derivative_error
             ));
         }

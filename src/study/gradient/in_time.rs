@@ -47,16 +47,7 @@ impl Objective {
         let tolerance = (rtol, integrator.atol().unwrap_or(rtol));
         let model = Arc::clone(simulation.model());
         let mut start = simulation.state().clone();
-        let settles = model.moves() && simulation.stepper.start == Start::Equilibrium;
-        let first = match settles && model.storage().mechanics > 0.0 {
-            true => {
-                // At the species of the scene: a chemistry without storage becomes steady after that.
-                let rest = (false, simulation.force_tolerance());
-                let first = State { species: given, ..start.clone() };
-                Some(Box::new(SteadyPoint::new(Arc::clone(&model), &first, rest, &self.control)?))
-            }
-            false => None,
-        };
+        let first = self.first_shape(&simulation, given)?;
         if let Some(point) = &first {
             start.x = point.point().state.x.clone();
         }
@@ -102,6 +93,23 @@ impl Objective {
         let course = Course { replay, model, states, first, of_run, derivative_error };
         let found = Found::InTime(Box::new(course));
         Ok(Evaluated { value, at: values.to_vec(), found, moves: false })
+    }
+
+    /// The equilibrium that the motion of the shape begins with, at the species `given`: a chemistry without storage becomes steady after
+    /// that. None where the shape has no storage, or begins as given.
+    fn first_shape(
+        &self,
+        simulation: &Simulation,
+        given: Vec<Vec<f64>>,
+    ) -> Result<Option<Box<SteadyPoint>>> {
+        let model = simulation.model();
+        let settles = model.moves() && simulation.stepper.start == Start::Equilibrium;
+        if !settles || model.storage().mechanics == 0.0 {
+            return Ok(None);
+        }
+        let first = State { species: given, ..simulation.state().clone() };
+        let rest = (false, simulation.force_tolerance());
+        Ok(Some(Box::new(SteadyPoint::new(Arc::clone(model), &first, rest, &self.control)?)))
     }
 
     /// Refuses parameters that move a breakpoint: steps of the replay end there.
