@@ -91,8 +91,12 @@ impl Objective {
         self.schedule = Some((replay.trajectory().schedule().clone(), ends));
         let derivative_error = replay.derivative_error()?;
         let course = Course { replay, model, states, first, of_run, derivative_error };
-        let found = Found::InTime(Box::new(course));
-        Ok(Evaluated { value, at: values.to_vec(), found, moves: false })
+        Ok(Evaluated {
+            value,
+            at: values.to_vec(),
+            found: Found::InTime(Box::new(course)),
+            moves: false,
+        })
     }
 
     /// The equilibrium that the motion of the shape begins with, at the species `given`: a chemistry without storage becomes steady after
