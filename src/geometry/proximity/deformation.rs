@@ -51,7 +51,7 @@ struct Mean {
 pub(super) struct Deformed {
     /// F of every triangle.
     pub(super) gradients: Vec<Gradient>,
-    /// F of every cluster; nothing where a triangle has no normal.
+    /// F of the clusters of the patches that it is asked for on; nothing where a triangle has no normal.
     means: Vec<Option<Mean>>,
 }
 
@@ -113,12 +113,27 @@ impl Deformation {
         [first * p, second[0] * p + second[1] * q]
     }
 
-    /// The deformation at `x`.
-    pub(super) fn evaluate(&self, (sheet, clusters): (&Sheet, &[Cluster]), x: &[Vec3]) -> Deformed {
+    /// F on every triangle of the shape `x`.
+    pub(super) fn gradients(&self, sheet: &Sheet, x: &[Vec3]) -> Vec<Gradient> {
         let mut gradients = vec![[Vec3::zeros(); 2]; sheet.triangle_count()];
         parallel::fill(&mut gradients, |t| self.gradient(sheet, x, t));
+        gradients
+    }
+
+    /// The deformation with these `gradients`, on the patches that are `asked` for.
+    pub(super) fn on_patches(
+        &self,
+        clusters: &[Cluster],
+        gradients: Vec<Gradient>,
+        asked: impl Fn(usize) -> bool,
+    ) -> Deformed {
+        let mut needed = vec![false; clusters.len()];
+        for k in (0..clusters.len()).filter(|k| asked(*k)) {
+            clusters[k].patch.clusters.iter().for_each(|k| needed[*k as usize] = true);
+        }
         let mut means = vec![None; clusters.len()];
-        parallel::fill(&mut means, |k| self.mean(&clusters[k], &gradients));
+        let mean = |k: usize| self.mean(&clusters[k], &gradients);
+        parallel::fill(&mut means, |k| needed[k].then(|| mean(k)).flatten());
         Deformed { gradients, means }
     }
 
@@ -141,27 +156,16 @@ impl Deformation {
         Some(Mean { f, differs: most.sqrt() })
     }
 
-    /// The bound for the patch of cluster `k`, where c is to be `needed`; nothing without a patch of use. The one
-    /// `before` serves, less what F has `changed`, while that leaves enough.
+    /// The bound for the patch of cluster `k`, where c is to be `needed`; nothing without a patch of use.
     pub(super) fn bound(
         &self,
         (cluster, k): (&Cluster, usize),
         deformed: &Deformed,
         needed: f64,
-        before: Option<(&Bound, f64)>,
     ) -> Option<Bound> {
         let patch = &cluster.patch;
         if patch.covers.is_empty() {
             return None;
-        }
-        if let Some((before, changed)) = before {
-            let change = changed * patch.sensitivity();
-            let least = if before.holds { before.least - change } else { before.least + change };
-            let allowed = (least - needed) / patch.sensitivity();
-            let enough = MIN_ALLOWANCE.max(RENEWAL_SHARE * before.allowed);
-            if before.holds == (allowed >= enough) {
-                return Some(Bound { least, ..*before });
-            }
         }
         let own = patch.clusters.binary_search(&index(k)).unwrap_or(0);
         let rotation = deformed.rotation(patch.clusters[own] as usize)?;
@@ -285,6 +289,15 @@ impl Deformed {
 }
 
 impl Bound {
+    /// The same where F of the patch has `changed`, while that leaves enough.
+    pub(super) fn after(self, changed: f64, patch: &Patch, needed: f64) -> Option<Self> {
+        let change = changed * patch.sensitivity();
+        let least = if self.holds { self.least - change } else { self.least + change };
+        let after = Self { least, ..self };
+        let enough = MIN_ALLOWANCE.max(RENEWAL_SHARE * self.allowed);
+        (self.holds == (after.allowance(patch, needed) >= enough)).then_some(after)
+    }
+
     /// By how much F may change, in the Frobenius norm, until c has fallen to `needed`.
     pub(super) fn allowance(&self, patch: &Patch, needed: f64) -> f64 {
         (self.least - needed) / patch.sensitivity()

@@ -132,6 +132,11 @@ impl PairList {
         Self { at, range, pairs, neighbours, gradients, bounds, allowance, margin, seen: None, way }
     }
 
+    /// Whether the patch of cluster `k` kept its points apart where it was made.
+    pub(super) fn keeps_apart(&self, k: usize) -> bool {
+        self.bounds[k].is_some_and(|bound| bound.holds)
+    }
+
     /// Whether it holds all pairs that may be within their reach at `x`.
     pub(super) fn is_valid_at(
         &mut self,

@@ -93,14 +93,56 @@ struct Boxes {
     moves: Bounds,
 }
 
+/// The clusters that may be near one another, by what was known of another shape.
+pub(super) struct Candidates<'a> {
+    before: &'a Neighbours,
+    /// Of every cluster the later ones that a patch covered which no longer keeps them apart.
+    uncovered: Vec<Vec<u32>>,
+    /// How much nearer features of all others may come.
+    unlisted: f64,
+}
+
+impl<'a> Candidates<'a> {
+    /// Those `before`, where vertices have `moved`, and where patches that kept their points apart no longer do; nothing where
+    /// too little would be `left` of how far others may approach.
+    pub(super) fn new(
+        clusters: &[Cluster],
+        (before, left): (&'a Neighbours, f64),
+        moved: &(impl Fn(u32) -> Vec3 + Sync),
+        (were_apart, are_apart): (impl Fn(usize) -> bool, impl Fn(usize) -> bool),
+    ) -> Option<Self> {
+        let mut all = Vec::new();
+        ClusterMotion::all(clusters, moved, &mut all);
+        let unlisted = before.unlisted - ClusterMotion::farthest(&all);
+        if !(unlisted >= left) {
+            return None;
+        }
+        let mut uncovered = vec![Vec::new(); clusters.len()];
+        for k in (0..clusters.len()).filter(|k| were_apart(*k) && !are_apart(*k)) {
+            for j in &clusters[k].patch.covers {
+                let (first, later) = (k.min(*j as usize), index(k).max(*j));
+                uncovered[first].push(later);
+            }
+        }
+        Some(Self { before, uncovered, unlisted })
+    }
+
+    /// Of cluster `k`.
+    fn of(&self, k: usize) -> impl Iterator<Item = u32> {
+        let before = self.before.of[k].iter().map(|other| other.number);
+        before.chain(self.uncovered[k].iter().copied())
+    }
+}
+
 impl Neighbours {
-    /// The neighbours within `limit`, and with room up to `beyond`, at the shape x and on its step d. Those that `apart`
-    /// holds of have no pairs with clusters that their patch covers.
+    /// The neighbours within `limit`, and with room up to `beyond`, at the shape x and on its step d, among the `candidates` if
+    /// there are any. Those that `apart` holds of have no pairs with clusters that their patch covers.
     pub(super) fn find(
         (clusters, tree): (&[Cluster], &mut BoxTree),
         (x, d): (&[Vec3], Option<&[Vec3]>),
         limit: &Limit<'_>,
         (apart, beyond): (&(impl Fn(usize) -> bool + Sync), f64),
+        candidates: Option<&Candidates<'_>>,
     ) -> Self {
         let common = d.map_or(Vec3::zeros(), |d| d.iter().sum::<Vec3>() / real(d.len().max(1)));
         let none = Boxes { now: Bounds::EMPTY, swept: Bounds::EMPTY, moves: Bounds::EMPTY };
@@ -112,7 +154,9 @@ impl Neighbours {
             let swept = now.with(&Bounds::enclosing(cluster.corners.iter().map(end)));
             Boxes { now, swept, moves: cluster.bounds(d) }
         });
-        tree.refit(|k| boxes[k as usize].swept);
+        if candidates.is_none() {
+            tree.refit(|k| boxes[k as usize].swept);
+        }
         let tree = &*tree;
         let farthest = limit.farthest() + beyond;
         let covers =
@@ -120,7 +164,7 @@ impl Neighbours {
         let near = |k: usize| {
             let (own, ours, mut found) = (&clusters[k], &boxes[k], Vec::new());
             let enter = |node: &Bounds| node.gap(&ours.swept) < farthest;
-            tree.visit(enter, 0, |j| {
+            let consider = |j: u32| {
                 let (other, theirs) = (&clusters[j as usize], &boxes[j as usize]);
                 if (j as usize) < k
                     || own.same_body(&clusters[j as usize])
@@ -141,13 +185,19 @@ impl Neighbours {
                         pairs,
                     });
                 }
-            });
+            };
+            match candidates {
+                Some(candidates) => candidates.of(k).for_each(consider),
+                None => tree.visit(enter, 0, consider),
+            }
             found.sort_unstable_by_key(|other| other.number);
+            found.dedup_by_key(|other| other.number);
             found
         };
         let mut of = vec![Vec::new(); clusters.len()];
         parallel::update(&mut of, |k, place| *place = near(k));
-        Self { of, unlisted: limit.slack + beyond, moved: Vec::with_capacity(clusters.len()) }
+        let unlisted = candidates.map_or(limit.slack + beyond, |of| of.unlisted);
+        Self { of, unlisted, moved: Vec::with_capacity(clusters.len()) }
     }
 
     /// Whether any clusters are not known to have no pairs.

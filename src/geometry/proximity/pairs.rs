@@ -15,9 +15,9 @@ use rumple_sheet::Sheet;
 
 use super::advance::{Pair, PairKind, Reach, corner_positions};
 use super::clusters::clusters;
-use super::deformation::{Deformation, Deformed, changes};
+use super::deformation::{Bound, Deformation, Deformed, Gradient, changes};
 use super::list::PairList;
-use super::neighbours::Neighbours;
+use super::neighbours::{Candidates, Neighbours};
 use super::patches::{Cluster, Patch};
 use super::search::{Limit, PairSearch};
 use crate::box_tree::{Bounds, BoxTree};
@@ -131,28 +131,23 @@ impl Proximity {
         range: Reach,
         before: Option<PairList>,
     ) -> PairList {
-        let Self { clusters, deformation, .. } = &*self;
-        let deformed = deformation.evaluate((sheet, clusters), x);
         let needed = MAX_REACH_SHARE * range.shrinkage;
-        let old = before
-            .as_ref()
-            .map(|before| (before, changes(clusters, &before.gradients, &deformed.gradients)));
-        let mut bounds = vec![None; clusters.len()];
-        parallel::fill(&mut bounds, |k| {
-            let old = old.as_ref().and_then(|(before, changes)| {
-                Some((before.bounds[k].as_ref()?, clusters[k].patch.largest(changes)))
-            });
-            deformation.bound((&clusters[k], k), &deformed, needed, old)
-        });
+        let (deformed, bounds) = self.bounds(sheet, x, needed, before.as_ref());
+        let clusters = self.clusters.as_slice();
         let slack = PAIR_MARGIN * self.edge;
         let limit = Limit { range: &range, share: 1.0, slack };
         let apart = |k: usize| bounds[k].is_some_and(|bound| bound.holds);
-        let parts = (self.clusters.as_slice(), &mut self.tree);
         let beyond = CLUSTER_MARGIN * self.edge;
-        let mut neighbours = Neighbours::find(parts, (x, None), &limit, (&apart, beyond));
-        if let Some(before) = &before {
-            let moved = |v: u32| x[v as usize] - before.at[v as usize];
-            neighbours.reuse_pairs(&self.clusters, &before.neighbours, &moved);
+        let moved = before.as_ref().map(|before| |v: u32| x[v as usize] - before.at[v as usize]);
+        let candidates = before.as_ref().zip(moved.as_ref()).and_then(|(before, moved)| {
+            let were_apart = |k: usize| before.keeps_apart(k);
+            Candidates::new(clusters, (&before.neighbours, slack), moved, (were_apart, apart))
+        });
+        let parts = (clusters, &mut self.tree);
+        let mut neighbours =
+            Neighbours::find(parts, (x, None), &limit, (&apart, beyond), candidates.as_ref());
+        if let Some((before, moved)) = before.as_ref().zip(moved) {
+            neighbours.reuse_pairs(clusters, &before.neighbours, &moved);
         }
         let keep = |kind: PairKind, corners: &[u32; 4]| {
             let distance = kind.distance(&corner_positions(x, corners)) - slack;
@@ -171,6 +166,31 @@ impl Proximity {
         )
     }
 
+    /// F at `x`, and how far apart patches keep their points there, after the list `before`.
+    fn bounds(
+        &self,
+        sheet: &Sheet,
+        x: &[Vec3],
+        needed: f64,
+        before: Option<&PairList>,
+    ) -> (Deformed, Vec<Option<Bound>>) {
+        let Self { clusters, deformation, .. } = self;
+        let gradients = deformation.gradients(sheet, x);
+        let mut bounds = vec![None; clusters.len()];
+        if let Some(before) = before {
+            let changes = changes(clusters, &before.gradients, &gradients);
+            parallel::fill(&mut bounds, |k| {
+                let patch = &clusters[k].patch;
+                before.bounds[k]?.after(patch.largest(&changes), patch, needed)
+            });
+        }
+        let deformed = deformation.on_patches(clusters, gradients, |k| bounds[k].is_none());
+        parallel::update(&mut bounds, |k, bound| {
+            *bound = bound.or_else(|| deformation.bound((&clusters[k], k), &deformed, needed));
+        });
+        (deformed, bounds)
+    }
+
     /// All pairs that may touch on the step `d` from `x`, where a list serves, to `end`.
     fn on_path(
         &mut self,
@@ -179,29 +199,59 @@ impl Proximity {
         end: &[Vec3],
         range: &Reach,
     ) -> Vec<Pair> {
-        let Self { clusters, tree, deformation, list, .. } = self;
-        let Some(PairList { gradients, bounds, .. }) = list else { return Vec::new() };
-        let [at_start, at_end] = [x, end].map(|x| deformation.evaluate((sheet, clusters), x));
         let needed = MIN_DISTANCE_SHARE * MAX_REACH_SHARE * range.shrinkage;
-        let changes = changes(clusters, gradients, &at_end.gradients);
-        let mut apart = vec![false; clusters.len()];
-        parallel::fill(&mut apart, |k| {
-            let patch = &clusters[k].patch;
-            let Some(bound) = &bounds[k] else { return false };
-            // The bound is concave on the way: it holds there where it holds at both ends. Most patches that do not
-            // keep points half as far apart as at rest still keep them from touching.
-            let holds = |at: &Deformed| deformation.keeps(patch, at, bound, needed);
-            match bound.holds {
-                true => patch.largest(&changes) <= bound.allowance(patch, needed) || holds(&at_end),
-                false => holds(&at_start) && holds(&at_end),
-            }
-        });
+        let Some(list) = &self.list else { return Vec::new() };
+        let apart = self.apart_on_path(sheet, list, (x, end), needed);
+        let Self { clusters, tree, .. } = self;
+        let moved = |v: u32| end[v as usize] - list.at[v as usize];
+        let (were_apart, are_apart) = (|k: usize| list.keeps_apart(k), |k: usize| apart[k]);
+        let before = (&list.neighbours, 0.0);
+        let candidates = Candidates::new(clusters, before, &moved, (were_apart, are_apart));
         let keep = |kind: PairKind, corners: &[u32; 4]| Some(reach(kind, sheet, corners, range));
         let limit = Limit { range, share: MIN_DISTANCE_SHARE, slack: 0.0 };
         let parts = (clusters.as_slice(), tree);
-        let mut neighbours = Neighbours::find(parts, (x, Some(d)), &limit, (&|k| apart[k], 0.0));
+        let mut neighbours =
+            Neighbours::find(parts, (x, Some(d)), &limit, (&are_apart, 0.0), candidates.as_ref());
         let search = PairSearch { sheet, x, d: Some(d), limit, keep: &keep };
         neighbours.pairs(clusters, &search)
+    }
+
+    /// Which patches keep points `needed` apart on the whole step from `x` to `end`. A bound is concave on the way: it holds there
+    /// where it holds at both ends. Most patches that do not keep points half as far apart as at rest still keep them from touching.
+    fn apart_on_path(
+        &self,
+        sheet: &Sheet,
+        list: &PairList,
+        (x, end): (&[Vec3], &[Vec3]),
+        needed: f64,
+    ) -> Vec<bool> {
+        let Self { clusters, deformation, .. } = self;
+        let PairList { gradients, bounds, .. } = list;
+        let at_end = deformation.gradients(sheet, end);
+        let changes = changes(clusters, gradients, &at_end);
+        let near_list = |k: usize| {
+            let (patch, Some(bound)) = (&clusters[k].patch, &bounds[k]) else { return false };
+            bound.holds && patch.largest(&changes) <= bound.allowance(patch, needed)
+        };
+        let mut apart = vec![false; clusters.len()];
+        parallel::fill(&mut apart, near_list);
+        let check = |apart: &mut [bool], asked: &[bool], gradients: Vec<Gradient>| {
+            let deformed = deformation.on_patches(clusters, gradients, |k| asked[k]);
+            parallel::update(apart, |k, apart| {
+                let Some(bound) = bounds[k].as_ref().filter(|_| asked[k]) else { return };
+                *apart = deformation.keeps(&clusters[k].patch, &deformed, bound, needed);
+            });
+        };
+        let asked: Vec<bool> = (0..apart.len()).map(|k| bounds[k].is_some() && !apart[k]).collect();
+        if asked.contains(&true) {
+            check(&mut apart, &asked, at_end);
+        }
+        let holds = |k: usize| bounds[k].is_some_and(|bound| bound.holds);
+        let asked: Vec<bool> = (0..apart.len()).map(|k| apart[k] && !holds(k)).collect();
+        if asked.contains(&true) {
+            check(&mut apart, &asked, deformation.gradients(sheet, x));
+        }
+        apart
     }
 }
 
