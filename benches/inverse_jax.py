@@ -75,7 +75,7 @@ def hinge(x, rest):
 
 class Shell:
     def __init__(self, rest, triangles):
-        self.rest, self.triangles, n = rest, triangles, len(rest)
+        self.rest, self.triangles, self.size = rest, triangles, rest.size
         sides = {(t[i], t[i - 2]): t[i - 1] for t in triangles.tolist() for i in range(3)}
         self.hinges = np.array([[i, j, k, sides[j, i]] for (i, j), k in sides.items() if i < j and (j, i) in sides])
         edge = np.linalg.norm(rest[triangles] - rest[np.roll(triangles, 1, axis=1)], axis=2).mean()
@@ -88,7 +88,6 @@ class Shell:
         dofs = [(3 * part[:, :, None] + np.arange(3)).reshape(len(part), -1) for part in (t, h)]
         self.rows = np.concatenate([np.repeat(d, d.shape[1], axis=1).ravel() for d in dofs])
         self.columns = np.concatenate([np.tile(d, (1, d.shape[1])).ravel() for d in dofs])
-        self.size = 3 * n
 
     def factor(self, x, g, shift):
         values = np.concatenate([np.asarray(part).ravel() for part in self.blocks(x, g)])
