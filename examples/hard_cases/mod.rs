@@ -21,6 +21,8 @@ pub type Outcome<T> = Result<T, Box<dyn Error>>;
 pub struct Options {
     /// Slow ones as well.
     pub slow: bool,
+    /// Other ways to do the same as well, of which nothing is expected.
+    pub beside: bool,
     /// Only those with these names, if there are any.
     pub only: Vec<String>,
     /// Folder of the repository.
@@ -60,7 +62,7 @@ pub fn run(options: &Options) -> Outcome<usize> {
             rows += 1;
             failed += usize::from(!trial.faults.is_empty());
             row(case, &value, &trial);
-            for other in case.beside.iter().filter(|other| other.possible()) {
+            for other in case.beside.iter().filter(|other| options.beside && other.possible()) {
                 let trial = Trial::beside(&place, case, other, &value)?;
                 println!("| | {} | | {} | {} | |", other.by, trial.seen, seconds(trial.cpu));
             }

@@ -12,6 +12,7 @@ fn all_as_expected(names: &[&str]) {
     let folder = tempfile::tempdir().unwrap();
     let options = Options {
         slow: false,
+        beside: false,
         only: names.iter().map(|&name| name.to_owned()).collect(),
         root: root(),
         program: program(),
