@@ -29,8 +29,11 @@ fn hard_chemistry_is_as_expected() {
 #[test]
 fn hard_mechanics_is_as_expected() {
     all_as_expected(&["at-once", "flat", "flat-left", "snap-pressure", "no-equilibrium"]);
-    all_as_expected(&["needles-long", "obtuse-more"]);
-    all_as_expected(&["crossing", "snap-lost"]);
+}
+
+#[test]
+fn hard_meshes_and_contacts_are_as_expected() {
+    all_as_expected(&["needles-long", "obtuse-more", "crossing", "snap-lost"]);
 }
 
 #[test]
