@@ -23,6 +23,8 @@ pub struct Options {
     pub slow: bool,
     /// Other ways to do the same as well, of which nothing is expected.
     pub beside: bool,
+    /// By how much a case may exceed the seconds that it may take: other work on the machine takes some.
+    pub patience: f64,
     /// Only those with these names, if there are any.
     pub only: Vec<String>,
     /// Folder of the repository.
@@ -47,6 +49,7 @@ pub fn run(options: &Options) -> Outcome<usize> {
     let place = Where {
         program: options.program.clone(),
         models: root.join("models"),
+        patience: options.patience,
         results: options.results.clone(),
     };
     let cases = Cases::read(&root.join("models/hard/cases.toml"))?;

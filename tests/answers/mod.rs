@@ -31,7 +31,6 @@ fn over(sizes: &[usize], solve: impl Fn(usize) -> Outcome<Sample>) -> Vec<Sample
 /// with the power `order` of the edge length.
 fn converges(what: &str, samples: &[Sample], tolerance: f64, order: f64) {
     let finest = samples.last().unwrap();
-    println!("{what}: {:?}", errors(samples));
     assert!(finest.vertices > samples[0].vertices);
     assert!(finest.error().abs() < tolerance, "{what}: {:?}", errors(samples));
     let observed = finest.order(&samples[0]);

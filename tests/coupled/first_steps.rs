@@ -14,7 +14,7 @@ const RING: &str = r#"
 shape = "annulus"
 outer = 2.0
 inner = 1.0
-vertices = 120
+vertices = 240
 planar = true
 [material]
 young = 10.0

@@ -1,4 +1,4 @@
-//! Hard cases of `models/hard/cases.toml` that take a second or less each; `04_hard_cases` runs all.
+//! Hard cases of `models/hard/cases.toml` that take seconds; `04_hard_cases` runs all.
 
 #[path = "../../examples/hard_cases/mod.rs"]
 mod hard_cases;
@@ -13,6 +13,7 @@ fn all_as_expected(names: &[&str]) {
     let options = Options {
         slow: false,
         beside: false,
+        patience: 10.0,
         only: names.iter().map(|&name| name.to_owned()).collect(),
         root: root(),
         program: program(),
@@ -28,7 +29,12 @@ fn hard_chemistry_is_as_expected() {
 
 #[test]
 fn hard_mechanics_is_as_expected() {
-    all_as_expected(&["at-once", "flat", "flat-left", "snap-pressure", "no-equilibrium"]);
+    all_as_expected(&["flat", "flat-left", "snap-pressure", "no-equilibrium"]);
+}
+
+#[test]
+fn growth_at_once_is_as_expected() {
+    all_as_expected(&["at-once"]);
 }
 
 #[test]
