@@ -27,7 +27,15 @@ fn main() -> Outcome<ExitCode> {
     let program = std::env::var_os("RUMPLE")
         .map_or_else(|| root.join("target/release/rumple"), PathBuf::from);
     let results = root.join("results/hard");
-    let mut options = Options { slow: false, only: Vec::new(), root, program, results };
+    let mut options = Options {
+        slow: false,
+        beside: true,
+        patience: 1.0,
+        only: Vec::new(),
+        root,
+        program,
+        results,
+    };
     for argument in std::env::args().skip(1) {
         match argument.as_str() {
             "--slow" => options.slow = true,

@@ -82,13 +82,20 @@ impl LinearSolver for FaerLlt {
 
 rumple::register_linear_solver!("faer-llt", FaerLlt::analyse);
 
+/// Compares on as many vertices as the argument says.
+///
+/// # Errors
+/// As [`compare`].
+pub fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let given = std::env::args().nth(1).and_then(|text| text.parse().ok());
+    compare(given.unwrap_or(2000))
+}
+
 /// Relaxes a disc that is held at its boundary under a load along its normal by both, and compares.
 ///
 /// # Errors
 /// None is expected.
-pub fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let given = std::env::args().nth(1).and_then(|text| text.parse().ok());
-    let vertices = given.unwrap_or(2000);
+pub fn compare(vertices: usize) -> Result<(), Box<dyn std::error::Error>> {
     let sheet = Arc::new(sheet::generate(&sheet::SheetShape::Disc { radius: 10.0 }, vertices, 1)?);
     let mut energies = Vec::new();
     for name in ["factor", "faer-llt"] {

@@ -11,6 +11,48 @@ venv=target/venv
 
 heading() { printf '\n=== %s ===\n' "$*"; }
 
+# What needs the built program and hardly a processor, beside the lints.
+light() {
+    heading "a small run: $scene"
+    target/release/rumple run "$scene" --out "$result" --force
+
+    heading "scenes of the paper's figures"
+    CHECK=1 models/paper/figures.sh all
+
+    heading "the schema of scenes"
+    "$venv/bin/python" tests/scripts/schema.py target/release/rumple
+
+    heading "an effect of another crate"
+    target/release/indenter run examples/indenter/plate.toml --out target/check/indenter --force --quiet
+    target/release/indenter inspect examples/indenter/plate.toml \
+        --state target/check/indenter/frames/frame_000010.vtu --json target/check/indenter.json --force
+    grep -q '"indenter"' target/check/indenter.json
+
+    heading "read by VTK"
+    "$venv/bin/python" tests/scripts/check_vtk.py "$result"
+    "$venv/bin/python" tests/scripts/check_vtk.py target/check/indenter
+
+    heading "rendered by ParaView"
+    tests/scripts/render.sh "$result/sheet.pvd" "$result/last.png" --array "$array" --view oblique
+
+    heading "opened by the macro for ParaView"
+    target/release/rumple paraview "$result" --array "$array" --force
+    xvfb-run -a -s "-screen 0 1280x1024x24 +extension GLX -noreset" \
+        env LIBGL_ALWAYS_SOFTWARE=1 pvbatch "$result/open-in-paraview.py" "$result/macro.png"
+
+    heading "viewed in a browser"
+    RUMPLE_PYTHON="$PWD/$venv/bin/python" tests/scripts/view.sh "$result" target/check/view
+}
+
+# Crates with tests of their own, by their folders: a harness without any is all of the crate compiled once more.
+tested() {
+    local folder
+    for folder in "$@"; do
+        grep -rqF '#[test]' "$folder" --include='*.rs' && sed -n 's/^name = "\(.*\)"$/\1/p' "$folder/Cargo.toml" | head -1
+    done
+    return 0
+}
+
 heading "what is missing"
 if [[ ! -c /dev/null ]]; then
     # The compiler's probes read /dev/null; a file in its place, full of other programs' messages,
@@ -69,15 +111,39 @@ NO_MKDOCS_2_WARNING=1 "$venv/bin/mkdocs" build --strict --config-file docs/mkdoc
 heading "build, plugins included"
 cargo build --release --workspace
 
+mkdir -p target/check
+(light) >target/check/light.log 2>&1 &
+light=$!
+trap 'kill "$light" 2>/dev/null || true' EXIT
+
 heading "lints"
 cargo clippy --release --workspace --all-targets -- -D warnings
 
 heading "documentation"
 RUSTDOCFLAGS="-D warnings" cargo doc --release --workspace --no-deps
 
+wait "$light" || { cat target/check/light.log; exit 1; }
+trap - EXIT
+cat target/check/light.log
+
+heading "tests of single crates"
+# A harness is all of its crate once more: without optimisation. Below it is what was built, with the features that the
+# indenter asks for.
+mapfile -t rooms < <(tested $(dirname src/*/Cargo.toml))
+for crate in "${rooms[@]}"; do
+    cargo test --release --package "$crate" --package indenter --lib \
+        --config "profile.release.package.$crate.opt-level=0"
+done
+[[ $(grep -rlF '#[test]' src --include='*.rs' | cut -d/ -f2 | sort -u | wc -l) == "${#rooms[@]}" ]] \
+    || { echo "run.sh: the top crate has tests of its own, which nothing runs" >&2; exit 1; }
+
 heading "tests"
+mapfile -t others < <(tested $(dirname plugins/*/Cargo.toml examples/*/Cargo.toml))
+# Examples are not built: the lints compile them, and the suite runs their code.
 # Some tests end programs by Ctrl-C, which whatever runs in the background of a script ignores.
-env --default-signal=INT,QUIT,HUP cargo test --release --workspace
+env --default-signal=INT,QUIT,HUP \
+    cargo test --release --package rumple-tests "${others[@]/#/--package=}" --tests
+cargo test --release --workspace --doc
 
 heading "tests with the real VTK"
 RUMPLE_PYTHON="$PWD/$venv/bin/python" \
@@ -87,35 +153,8 @@ heading "contact by ipctk and exact arithmetic"
 RUMPLE_PYTHON="$PWD/$venv/bin/python" \
     cargo test --release -p rumple-tests effects::proximity -- --ignored
 
-heading "a small run: $scene"
-target/release/rumple run "$scene" --out "$result" --force
-
-heading "scenes of the paper's figures"
-CHECK=1 models/paper/figures.sh all
-
-heading "the schema of scenes"
-"$venv/bin/python" tests/scripts/schema.py target/release/rumple
-
 heading "archive and Debian package, away from the source"
 RUMPLE_NATIVE=1 tests/scripts/package.sh target/package
-
-heading "an effect of another crate"
-target/release/indenter run examples/indenter/plate.toml --out target/check/indenter --force --quiet
-target/release/indenter inspect examples/indenter/plate.toml \
-    --state target/check/indenter/frames/frame_000010.vtu --json target/check/indenter.json --force
-grep -q '"indenter"' target/check/indenter.json
-
-heading "read by VTK"
-"$venv/bin/python" tests/scripts/check_vtk.py "$result"
-"$venv/bin/python" tests/scripts/check_vtk.py target/check/indenter
-
-heading "rendered by ParaView"
-tests/scripts/render.sh "$result/sheet.pvd" "$result/last.png" --array "$array" --view oblique
-
-heading "opened by the macro for ParaView"
-target/release/rumple paraview "$result" --array "$array" --force
-xvfb-run -a -s "-screen 0 1280x1024x24 +extension GLX -noreset" \
-    env LIBGL_ALWAYS_SOFTWARE=1 pvbatch "$result/open-in-paraview.py" "$result/macro.png"
 
 heading "the Python module"
 tests/scripts/python.sh
@@ -124,7 +163,8 @@ heading "one sheet over ranks"
 if has_mpi; then
     cp target/release/rumple target/check/rumple
     cargo clippy --release --features mpi --package rumple --package rumple-ranks -- -D warnings
-    cargo build --release --features mpi --bin rumple
+    # The top crate is compiled once more; its loops over the sheet are in the crates below.
+    cargo build --release --features mpi --bin rumple --config 'profile.release.package.rumple.opt-level=0'
     cp target/release/rumple target/check/rumple-mpi
     cp target/check/rumple target/release/rumple
     RUMPLE_PLUGIN_PATH="$PWD/target/release" \
@@ -132,8 +172,5 @@ if has_mpi; then
 else
     echo "left out: PETSc or MPI is not installed"
 fi
-
-heading "viewed in a browser"
-RUMPLE_PYTHON="$PWD/$venv/bin/python" tests/scripts/view.sh "$result" target/check/view
 
 heading "all passed"

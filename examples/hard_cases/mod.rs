@@ -21,6 +21,10 @@ pub type Outcome<T> = Result<T, Box<dyn Error>>;
 pub struct Options {
     /// Slow ones as well.
     pub slow: bool,
+    /// Other ways to do the same as well, of which nothing is expected.
+    pub beside: bool,
+    /// By how much a case may exceed the seconds that it may take: other work on the machine takes some.
+    pub patience: f64,
     /// Only those with these names, if there are any.
     pub only: Vec<String>,
     /// Folder of the repository.
@@ -45,6 +49,7 @@ pub fn run(options: &Options) -> Outcome<usize> {
     let place = Where {
         program: options.program.clone(),
         models: root.join("models"),
+        patience: options.patience,
         results: options.results.clone(),
     };
     let cases = Cases::read(&root.join("models/hard/cases.toml"))?;
@@ -60,7 +65,7 @@ pub fn run(options: &Options) -> Outcome<usize> {
             rows += 1;
             failed += usize::from(!trial.faults.is_empty());
             row(case, &value, &trial);
-            for other in case.beside.iter().filter(|other| other.possible()) {
+            for other in case.beside.iter().filter(|other| options.beside && other.possible()) {
                 let trial = Trial::beside(&place, case, other, &value)?;
                 println!("| | {} | | {} | {} | |", other.by, trial.seen, seconds(trial.cpu));
             }

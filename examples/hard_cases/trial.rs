@@ -15,6 +15,7 @@ pub struct Where {
     pub program: PathBuf,
     pub models: PathBuf,
     pub results: PathBuf,
+    pub patience: f64,
 }
 
 /// What a command did.
@@ -91,7 +92,7 @@ pub fn run(place: &Where, name: &str, command: &str, value: &str, limit: f64) ->
     let (out, said) = (folder.join("out"), folder.join("said"));
     let file = File::create(&said)?;
     let mut child = Command::new("timeout")
-        .args(["--kill-after=5", &format!("{limit}"), "bash", "-c", command])
+        .args(["--kill-after=5", &format!("{}", place.patience * limit), "bash", "-c", command])
         .env("RUMPLE", &place.program)
         .env("MODELS", &place.models)
         .env("OUT", &out)

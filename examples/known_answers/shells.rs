@@ -97,8 +97,8 @@ pub fn rolled(width: f64, rows: usize, models: &Models) -> Outcome<Sample> {
     ] {
         pins[nearest(&sheet, Vec3::new(place[0], place[1], 0.0))] = axes;
     }
-    for step in 1..=10u32 {
-        let c0 = C0 * f64::from(step) / 10.0;
+    for step in 1..=5u32 {
+        let c0 = C0 * f64::from(step) / 5.0;
         let bending = format!("kind = 'bending'\nmodel = '{model}'\ncurvature = {c0:e}");
         let mut mechanics = mechanics(&sheet, &material, &[STVK, &bending], pins.clone())?;
         newton(&mut mechanics, &mut x, 1e-9)?;
@@ -209,14 +209,14 @@ pub fn hemisphere(around: usize, models: &Models) -> Outcome<Sample> {
     Ok(Sample::new(&hemisphere.sheet, 0.5 * (a + b), HEMISPHERE))
 }
 
-/// R2 at the forces of [`HEMISPHERE_PATH`], reached in steps of 20: displacements of A and B.
+/// R2 at the forces of [`HEMISPHERE_PATH`], reached in steps of 40 at most: displacements of A and B.
 pub fn hemisphere_path(around: usize, models: &Models) -> Outcome<Vec<[Sample; 2]>> {
     let hemisphere = Hemisphere::new(around)?;
     let mut x = hemisphere.sheet.rest().to_vec();
     let (mut found, mut force) = (Vec::new(), 0.0);
     for (target, exact) in HEMISPHERE_PATH {
         while force < target {
-            force += 20.0;
+            force = target.min(force + 40.0);
             newton(&mut hemisphere.mechanics(models, force)?, &mut x, 1e-9)?;
         }
         let [a, b] = hemisphere.displacements(&x);

@@ -12,7 +12,7 @@ set -euo pipefail
 here="$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)"
 rumple="${RUMPLE:-$here/target/release/rumple}"
 out="${FIGURES:-$here/results/paper}"
-python="$here/target/venv/bin/python"
+python="${RUMPLE_PYTHON:-$here/target/venv/bin/python}"
 model_i="$here/models/paper/model-i.toml"
 model_ii="$here/models/paper/model-ii.toml"
 sphere="$here/models/paper/sphere.toml"

@@ -5,7 +5,7 @@ use super::known_answers::{STVK_MEYER, Sample};
 
 #[test]
 fn a_cantilever_under_end_shear_follows_the_elastica() {
-    let runs = [4, 8, 12].map(|rows| shear(rows, &STVK_MEYER).unwrap());
+    let runs = [4, 12].map(|rows| shear(rows, &STVK_MEYER).unwrap());
     assert!(runs.iter().all(|run| run.len() == 5));
     for k in 0..5 {
         for (which, tolerance) in [(0, 0.02), (1, 0.01)] {

@@ -7,7 +7,7 @@ use super::{converges, over};
 #[test]
 fn stvk_membranes_rise_as_hencky_says() {
     for case in HENCKY {
-        let samples = over(&[150, 400, 800], |n| hencky(n, case, &STVK_MEYER));
+        let samples = over(&[150, 800], |n| hencky(n, case, &STVK_MEYER));
         converges(&format!("B7 {case:?}"), &samples, 0.005, 1.5);
     }
 }

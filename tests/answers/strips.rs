@@ -7,7 +7,7 @@ use super::{converges, over};
 #[test]
 fn strips_buckle_at_eulers_load() {
     for models in [BOND_MEYER, STVK_MEYER] {
-        for (ends, rows) in [(Ends::Pinned, [2, 4, 6]), (Ends::Clamped, [3, 5, 7])] {
+        for (ends, rows) in [(Ends::Pinned, [2, 6]), (Ends::Clamped, [3, 7])] {
             let samples = over(&rows, |n| buckling(n, ends, &models));
             converges(&format!("B3 {ends:?} {}", models.name), &samples, 0.05, 0.7);
         }

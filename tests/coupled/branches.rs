@@ -155,9 +155,14 @@ fn folds_do_not_depend_on_the_policy_and_what_grows_is_counted_under_each() {
         let first = singular[0].arc < still.iter().find(|p| p.event == Event::Fold).unwrap().arc;
         assert_eq!(first, gain < 0.0);
         let scenes = Scenes { text: &text, policy: "quasi-static" };
-        let plain = still.iter().filter(|point| point.event == Event::None);
-        let counts: Vec<[usize; 2]> = plain
-            .map(|point| {
+        // On both sides of every change, and at every fourth point.
+        let plain: Vec<&Point> = still.iter().filter(|p| p.event == Event::None).collect();
+        let changes = |k: usize| plain.get(k + 1).is_some_and(|p| p.negative != plain[k].negative);
+        let counted =
+            (0..plain.len()).filter(|&k| k % 4 == 0 || changes(k) || (k > 0 && changes(k - 1)));
+        let counts: Vec<[usize; 2]> = counted
+            .map(|k| {
+                let point = plain[k];
                 let simulation = scenes.simulation(point.parameter);
                 [point.negative, growing(simulation.model(), point, 1e-7)]
             })

@@ -204,10 +204,8 @@ fn difference(a: &State, b: &State) -> f64 {
 #[test]
 fn ranks_take_the_steps_of_one_process() {
     for (method, policy, size) in [
-        ("factor", Policy::QuasiStatic, 2),
         ("factor", Policy::QuasiStatic, 3),
         ("blocks", Policy::QuasiStatic, 2),
-        ("factor", Policy::Simultaneous, 2),
         ("factor", Policy::Simultaneous, 4),
     ] {
         let whole = disc();

@@ -17,9 +17,8 @@ fn on(threads: usize, all: &[&str]) -> (State, Work) {
 fn same(all: &[&str]) {
     let one = on(1, all);
     assert!(one.1.steps > 0 && one.1.law_sites > one.1.law_calls, "{:?}", one.1);
-    for threads in [2, 3] {
-        assert!(on(threads, all) == one, "{all:?} on {threads} threads");
-    }
+    // 2 and 4 are compared in `run::bits`.
+    assert!(on(3, all) == one, "{all:?}");
 }
 
 #[test]

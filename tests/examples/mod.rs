@@ -9,6 +9,7 @@ mod hard;
 #[path = "../../examples/01_grown_spot.rs"]
 mod grown_spot;
 #[path = "../../examples/06_linear_solver.rs"]
+#[allow(dead_code)]
 mod linear_solver;
 #[path = "../../examples/02_scene_from_code.rs"]
 mod scene_from_code;
@@ -40,7 +41,7 @@ fn scene_from_code_is_checked() {
 
 #[test]
 fn a_linear_solver_of_another_crate_relaxes_a_disc() {
-    linear_solver::main().unwrap();
+    linear_solver::compare(500).unwrap();
 }
 
 /// A scene names it, for both methods with a factor; one that no crate has registered is refused with the names there are.

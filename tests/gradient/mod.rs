@@ -10,7 +10,7 @@ use rumple::study::gradient::{Objective, Place, Request, SceneSource};
 use crate::common::Noise;
 use crate::plugins::build;
 
-const PLATE: &str = r#"
+pub const PLATE: &str = r#"
 sheet = { shape = "rectangle", width = 8.0, height = 4.0, vertices = 150 }
 material = { young = 1e4, poisson = 0.3, thickness = 0.3 }
 time = { until = 1.0 }

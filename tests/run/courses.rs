@@ -46,7 +46,7 @@ const LAWS: [(&str, Rate); 12] = [
 ];
 
 fn integral(rate: Rate) -> f64 {
-    let steps = 2_400_000;
+    let steps = 240_000;
     let step = UNTIL / f64::from(steps);
     (0..steps).map(|k| rate((f64::from(k) + 0.5) * step)).sum::<f64>() * step
 }
