@@ -93,6 +93,23 @@ struct Boxes {
     moves: Bounds,
 }
 
+impl Boxes {
+    /// Of all clusters at the shape x and on its step d.
+    fn all(clusters: &[Cluster], (x, d): (&[Vec3], Option<&[Vec3]>)) -> Vec<Self> {
+        let common = d.map_or(Vec3::zeros(), |d| d.iter().sum::<Vec3>() / real(d.len().max(1)));
+        let none = Self { now: Bounds::EMPTY, swept: Bounds::EMPTY, moves: Bounds::EMPTY };
+        let mut boxes = vec![none; clusters.len()];
+        parallel::fill(&mut boxes, |k| {
+            let (cluster, now) = (&clusters[k], clusters[k].bounds(x));
+            let Some(d) = d else { return Self { now, swept: now, ..none } };
+            let end = |v: &u32| x[*v as usize] + d[*v as usize] - common;
+            let swept = now.with(&Bounds::enclosing(cluster.corners.iter().map(end)));
+            Self { now, swept, moves: cluster.bounds(d) }
+        });
+        boxes
+    }
+}
+
 /// The clusters that may be near one another, by what was known of another shape.
 pub(super) struct Candidates<'a> {
     before: &'a Neighbours,
@@ -127,8 +144,8 @@ impl<'a> Candidates<'a> {
         Some(Self { before, uncovered, unlisted })
     }
 
-    /// Of cluster `k`.
-    fn of(&self, k: usize) -> impl Iterator<Item = u32> {
+    /// Those of cluster `k`.
+    fn of_cluster(&self, k: usize) -> impl Iterator<Item = u32> {
         let before = self.before.of[k].iter().map(|other| other.number);
         before.chain(self.uncovered[k].iter().copied())
     }
@@ -144,16 +161,7 @@ impl Neighbours {
         (apart, beyond): (&(impl Fn(usize) -> bool + Sync), f64),
         candidates: Option<&Candidates<'_>>,
     ) -> Self {
-        let common = d.map_or(Vec3::zeros(), |d| d.iter().sum::<Vec3>() / real(d.len().max(1)));
-        let none = Boxes { now: Bounds::EMPTY, swept: Bounds::EMPTY, moves: Bounds::EMPTY };
-        let mut boxes = vec![none; clusters.len()];
-        parallel::fill(&mut boxes, |k| {
-            let (cluster, now) = (&clusters[k], clusters[k].bounds(x));
-            let Some(d) = d else { return Boxes { now, swept: now, ..none } };
-            let end = |v: &u32| x[*v as usize] + d[*v as usize] - common;
-            let swept = now.with(&Bounds::enclosing(cluster.corners.iter().map(end)));
-            Boxes { now, swept, moves: cluster.bounds(d) }
-        });
+        let boxes = Boxes::all(clusters, (x, d));
         if candidates.is_none() {
             tree.refit(|k| boxes[k as usize].swept);
         }
@@ -187,7 +195,7 @@ impl Neighbours {
                 }
             };
             match candidates {
-                Some(candidates) => candidates.of(k).for_each(consider),
+                Some(candidates) => candidates.of_cluster(k).for_each(consider),
                 None => tree.visit(enter, 0, consider),
             }
             found.sort_unstable_by_key(|other| other.number);

@@ -75,25 +75,22 @@ impl Objective {
             }
         };
         let states = replay.trajectory().states(&model);
-        let value = states.iter().map(|state| self.measured(&model, state)).sum::<Result<f64>>()?;
+        let sum = |states: &[State]| -> Result<f64> {
+            states.iter().map(|state| self.measured(&model, state)).sum()
+        };
+        let value = sum(&states)?;
         let of_run = match run {
             None => None,
             Some(states) => {
-                let of_run = states.iter().map(|state| self.measured(&model, state));
-                let of_run = of_run.sum::<Result<f64>>()?;
                 let change = value - real(states.len()) * self.measured(&model, &start)?;
-                Some((of_run, EXPLAINED * rtol * value.abs().max(change.abs())))
+                Some((sum(&states)?, EXPLAINED * rtol * value.abs().max(change.abs())))
             }
         };
         self.schedule = Some((replay.trajectory().schedule().clone(), ends));
         let derivative_error = replay.derivative_error()?;
         let course = Course { replay, model, states, first, of_run, derivative_error };
-        Ok(Evaluated {
-            value,
-            at: values.to_vec(),
-            found: Found::InTime(Box::new(course)),
-            moves: false,
-        })
+        let found = Found::InTime(Box::new(course));
+        Ok(Evaluated { value, at: values.to_vec(), found, moves: false })
     }
 
     /// The equilibrium that the motion of the shape begins with, at the species `given`: a chemistry without storage becomes steady after
