@@ -52,25 +52,27 @@ def metric(squares):
     return jnp.array([[a, 0.5 * (a + c - b)], [0.5 * (a + c - b), c]])
 
 
-def triangle(x, growth, rest):
+def grown(growth, rest):
+    """The metric of a triangle whose edges grow by the means of their ends, and its area."""
     ends = [(0, 1), (1, 2), (2, 0)]
-    now = metric([jnp.sum((x[i] - x[j]) ** 2) for i, j in ends])
     best = metric([jnp.sum((rest[i] - rest[j]) ** 2) * (0.5 * (growth[i] + growth[j])) ** 2 for i, j in ends])
+    return best, 0.5 * jnp.sqrt(best[0, 0] * best[1, 1] - best[0, 1] ** 2)
+
+
+def triangle(x, growth, rest):
+    now = metric([jnp.sum((x[i] - x[j]) ** 2) for i, j in [(0, 1), (1, 2), (2, 0)]])
+    best, area = grown(growth, rest)
     strain = 0.5 * (jnp.linalg.inv(best) @ now - jnp.eye(2))
-    area = 0.5 * jnp.sqrt(best[0, 0] * best[1, 1] - best[0, 1] ** 2)
     return 0.5 * area * Y / (1 - POISSON**2) * ((1 - POISSON) * jnp.trace(strain @ strain) + POISSON * jnp.trace(strain) ** 2)
 
 
-def hinge(x, rest):
+def hinge(x, growth, rest):
     """Vertices 0 and 1 of the edge, 2 on its left, 3 on its right."""
-    normals = lambda p: (jnp.cross(p[1] - p[0], p[2] - p[0]), jnp.cross(p[3] - p[0], p[1] - p[0]))
-    (left, right), edge = normals(x), x[1] - x[0]
+    left, right, edge = jnp.cross(x[1] - x[0], x[2] - x[0]), jnp.cross(x[3] - x[0], x[1] - x[0]), x[1] - x[0]
     angle = jnp.arctan2(jnp.dot(jnp.cross(left, right), edge) / jnp.linalg.norm(edge), jnp.dot(left, right))
-    doubled = sum(jnp.linalg.norm(n) for n in normals(rest))
-    square = jnp.sum((rest[1] - rest[0]) ** 2)
-    # Hinges are a plate with ν = -1/3, which wants the curvature C₀/(1 + ν); a third of the heights is between the centroids.
-    wanted = 1.5 * CURVATURE * doubled / jnp.sqrt(square) / 3
-    return B * square / doubled * (angle - wanted) ** 2
+    area = sum(grown(growth[part], rest[part])[1] for part in (jnp.array([0, 1, 2]), jnp.array([0, 1, 3])))
+    square = jnp.sum((rest[1] - rest[0]) ** 2) * (0.5 * (growth[0] + growth[1])) ** 2
+    return 0.5 * B * square / area * (2 * jnp.tan(0.5 * angle) - CURVATURE * area / jnp.sqrt(square)) ** 2
 
 
 class Shell:
@@ -81,9 +83,9 @@ class Shell:
         edge = np.linalg.norm(rest[triangles] - rest[np.roll(triangles, 1, axis=1)], axis=2).mean()
         self.limit, self.x = TOLERANCE * Y * edge, rest.copy()
         t, h = self.triangles, self.hinges
-        energy = lambda x, g: jax.vmap(triangle)(x[t], g[t], rest[t]).sum() + jax.vmap(hinge)(x[h], rest[h]).sum()
+        energy = lambda x, g: jax.vmap(triangle)(x[t], g[t], rest[t]).sum() + jax.vmap(hinge)(x[h], g[h], rest[h]).sum()
         self.energy = jax.jit(jax.value_and_grad(energy))
-        self.blocks = jax.jit(lambda x, g: (jax.vmap(jax.hessian(triangle))(x[t], g[t], rest[t]), jax.vmap(jax.hessian(hinge))(x[h], rest[h])))
+        self.blocks = jax.jit(lambda x, g: (jax.vmap(jax.hessian(triangle))(x[t], g[t], rest[t]), jax.vmap(jax.hessian(hinge))(x[h], g[h], rest[h])))
         self.mixed = jax.jit(lambda x, g, v: jax.grad(lambda g: jnp.vdot(jax.grad(energy)(x, g), v))(g))
         dofs = [(3 * part[:, :, None] + np.arange(3)).reshape(len(part), -1) for part in (t, h)]
         self.rows = np.concatenate([np.repeat(d, d.shape[1], axis=1).ravel() for d in dofs])

@@ -127,12 +127,12 @@ trap - EXIT
 cat target/check/light.log
 
 heading "tests of single crates"
-# A harness is all of its crate once more: without optimisation. Below it is what was built, with the features that the
+# A harness is all of its crate once more, with few optimisations: without any, brute force takes minutes. Below it is what was built, with the features that the
 # indenter asks for.
 mapfile -t rooms < <(tested $(dirname src/*/Cargo.toml))
 for crate in "${rooms[@]}"; do
     cargo test --release --package "$crate" --package indenter --lib \
-        --config "profile.release.package.$crate.opt-level=0"
+        --config "profile.release.package.$crate.opt-level=1"
 done
 [[ $(grep -rlF '#[test]' src --include='*.rs' | cut -d/ -f2 | sort -u | wc -l) == "${#rooms[@]}" ]] \
     || { echo "run.sh: the top crate has tests of its own, which nothing runs" >&2; exit 1; }
