@@ -127,8 +127,8 @@ trap - EXIT
 cat target/check/light.log
 
 heading "tests of single crates"
-# A harness is all of its crate once more, with few optimisations: without any, brute force takes minutes. Below it is what was built, with the features that the
-# indenter asks for.
+# A harness is all of its crate once more, with few optimisations: without any, brute force takes minutes. Below it is what was
+# built, with the features that the indenter asks for.
 mapfile -t rooms < <(tested $(dirname src/*/Cargo.toml))
 for crate in "${rooms[@]}"; do
     cargo test --release --package "$crate" --package indenter --lib \

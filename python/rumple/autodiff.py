@@ -11,8 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import numpy
-
 from ._rumple import Error, Objective
 
 __all__ = ["to_jax", "to_torch"]
@@ -23,6 +21,8 @@ def to_jax(objective: Objective) -> Callable[[Any], Any]:
 
     It is computed in double precision and returned in that of the argument: `jax.config.update("jax_enable_x64", True)` keeps all digits.
     """
+    import numpy
+
     try:
         import jax
     except ImportError as error:

@@ -7,16 +7,17 @@ import html
 import json
 import os
 import sys
-import webbrowser
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any
-
-import numpy
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any
 
 from . import _html
 from ._rumple import Error, draw, read_surface, report
+
+# NumPy takes longer to import than all else: it is imported where arrays are made.
+if TYPE_CHECKING:
+    from numpy import float64
+    from numpy.typing import NDArray
 
 __all__ = ["Frame", "Frames", "Results", "read"]
 
@@ -83,7 +84,7 @@ class Results:
         # A field may live in both places.
         for name, (dims, *rest) in stacked(lambda frame: frame.cell_fields, "triangle").items():
             fields[f"{name} of triangles" if name in fields else name] = (dims, *rest)
-        points = numpy.stack([frame.points for frame in frames])
+        points = _stacked([frame.points for frame in frames])
         data = {name.split(" [")[0]: variable for name, variable in fields.items()}
         data["position"] = (("time", "vertex", "axis"), points, {"units": "length"})
         data["triangles"] = (("triangle", "corner"), frames[0].triangles)
@@ -109,6 +110,8 @@ class Results:
         shell = ipython.get_ipython() if ipython else None
         # A terminal has no kernel.
         if getattr(shell, "kernel", None) is None:
+            import webbrowser
+
             return webbrowser.open(path.absolute().as_uri())
         from IPython.display import HTML
 
@@ -176,7 +179,7 @@ class Frame:
         read = read_surface(self.path)
         self.points, self.triangles, self.fields, self.cell_fields, self.time = read
 
-    def field(self, name: str, *, cells: bool = False) -> NDArray[numpy.float64]:
+    def field(self, name: str, *, cells: bool = False) -> NDArray[float64]:
         """A field, with or without its unit in the name: on vertices, or on triangles with `cells`."""
         fields = self.cell_fields if cells else self.fields
         for title, values in fields.items():
@@ -197,9 +200,15 @@ class Frame:
         return f"<rumple.Frame {self.path.name} at time {self.time}>"
 
 
+def _stacked(arrays: list[Any]) -> Any:
+    import numpy
+
+    return numpy.stack(arrays)
+
+
 def _variable(frames: list[Any], name: str, place: str) -> tuple[Any, ...]:
     """A field of all frames as xarray takes it."""
-    values = numpy.stack(frames)
+    values = _stacked(frames)
     dims = ("time", place) if values.ndim == 2 else ("time", place, "axis" if values.shape[2] == 3 else f"{name} component")
     unit = name.split(" [")[1].rstrip("]") if " [" in name else ""
     return dims, values, {"units": unit}
@@ -217,6 +226,8 @@ def _shown(kind: str, path: str | os.PathLike[str]) -> Any:
 
 
 def _ledger(path: Path) -> Any:
+    import numpy
+
     with open(path, newline="", encoding="utf-8") as file:
         text = file.read()
     # A killed run can leave a last row without its end.
