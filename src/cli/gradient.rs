@@ -6,7 +6,7 @@ use clap::Args;
 use serde_json::json;
 
 use super::{SceneArgs, warn};
-use crate::output::{Compression, Field, Frame, Interrupt, ResultFile, vtu};
+use crate::output::{Compression, Field, Frame, Interrupt, Mode, Progress, ResultFile, vtu};
 use crate::run::{Error, Result, provenance};
 use crate::solve::Control;
 use crate::study::gradient::{Evaluated, Objective, Parameter, Place, Request, SceneSource};
@@ -46,6 +46,9 @@ pub(super) struct GradientArgs {
     /// Print the measure and all derivatives by numbers as JSON.
     #[arg(long)]
     json: bool,
+    /// Print no progress.
+    #[arg(long, short)]
+    quiet: bool,
 }
 
 const EXAMPLES: &str = "\
@@ -68,7 +71,9 @@ fn run_in_pool(args: &GradientArgs) -> Result<()> {
     let file =
         args.vtu.as_ref().map(|path| ResultFile::new(path, args.force, &inputs)).transpose()?;
     let interrupt = Interrupt::install()?;
-    let control = Control::new(move || interrupt.requested(), |_| ());
+    let progress = Progress::without_end(if args.quiet { Mode::Silent } else { Mode::detect() });
+    let aside = progress.aside();
+    let control = Control::new(move || interrupt.requested(), move |text| aside.report(text));
     let request = Request {
         scene: SceneSource::File(args.scene.scene.clone()),
         set: args.scene.overrides.clone(),
@@ -85,6 +90,8 @@ fn run_in_pool(args: &GradientArgs) -> Result<()> {
     let start = objective.values();
     let mut evaluated = objective.evaluate(&start)?;
     let gradient = objective.gradient(&mut evaluated)?;
+    let check = objective.check_by_replay(&evaluated, &gradient)?;
+    progress.finish();
     if let Some(count @ 1..) = evaluated.negative_modes() {
         warn(&format!(
             "the shape is a saddle with {count} unstable directions: a run does not stay there"
@@ -96,7 +103,6 @@ fn run_in_pool(args: &GradientArgs) -> Result<()> {
         );
     }
     let doubts = evaluated.course().map(|course| course.doubts(evaluated.value));
-    let check = objective.check_by_replay(&evaluated, &gradient)?;
     doubts.into_iter().flatten().chain(check).for_each(|doubt| warn(&doubt));
     let rows = || objective.parameters().iter().zip(&gradient);
     match args.json {

@@ -65,23 +65,26 @@ enum Sink {
 struct Shown {
     sink: Sink,
     began: Instant,
-    end: f64,
+    /// The end time, if there is one.
+    end: Option<f64>,
     time: f64,
 }
 
 impl Shown {
-    /// `[#####...............]  25 %`: the share of the end time that is done.
-    fn bar(&self) -> String {
-        let share = self.time / self.end;
+    /// `[#####...............]  25 %  time 12.5 of 50  `: the share of the end time that is done.
+    fn reached(&self) -> Option<String> {
+        let end = self.end?;
+        let share = self.time / end;
         let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 };
         let percent = whole((100.0 * share).floor());
         let done = percent * WIDTH / 100;
-        format!("[{:.<WIDTH$}] {percent:>3} %", "#".repeat(done))
+        let bar = "#".repeat(done);
+        Some(format!("[{bar:.<WIDTH$}] {percent:>3} %  {}  ", reached(self.time, end)))
     }
 
-    /// Shows the elapsed wall time, the bar, the simulated time and `text`.
+    /// Shows the elapsed wall time, the bar and the simulated time if they have an end, and `text`.
     fn show(&mut self, text: &str) {
-        let text = format!("{}  {}  {text}", self.bar(), reached(self.time, self.end));
+        let text = format!("{}{text}", self.reached().unwrap_or_default());
         match &mut self.sink {
             Sink::Silent => {}
             Sink::Bar(line) => line.set_message(text),
@@ -104,7 +107,17 @@ impl Progress {
     /// Progress to time `end`.
     #[must_use]
     pub fn new(mode: Mode, end: f64) -> Self {
-        let sink = match mode {
+        Self::with_sink(Self::sink(mode), Some(end))
+    }
+
+    /// Progress of work that has no end in simulated time.
+    #[must_use]
+    pub fn without_end(mode: Mode) -> Self {
+        Self::with_sink(Self::sink(mode), None)
+    }
+
+    fn sink(mode: Mode) -> Sink {
+        match mode {
             Mode::Silent => Sink::Silent,
             Mode::Lines => {
                 Sink::Lines { writer: Box::new(std::io::stderr()), every: INTERVAL, shown: None }
@@ -117,17 +130,16 @@ impl Progress {
                 line.enable_steady_tick(REDRAW_INTERVAL);
                 Sink::Bar(line)
             }
-        };
-        Self::with_sink(sink, end)
+        }
     }
 
     /// Plain lines to `writer`, at most one `every` so often, besides the first and the last.
     #[must_use]
     pub fn lines_to(writer: Box<dyn Write + Send>, every: Duration, end: f64) -> Self {
-        Self::with_sink(Sink::Lines { writer, every, shown: None }, end)
+        Self::with_sink(Sink::Lines { writer, every, shown: None }, Some(end))
     }
 
-    fn with_sink(sink: Sink, end: f64) -> Self {
+    fn with_sink(sink: Sink, end: Option<f64>) -> Self {
         let shown = Shown { sink, began: Instant::now(), end, time: 0.0 };
         Self { shown: Arc::new(Mutex::new(shown)), hidden: None }
     }
@@ -163,14 +175,17 @@ impl Progress {
         }
     }
 
-    /// Shows the last step if it was not shown, and leaves the terminal as it was.
+    /// Shows the last step if it was not shown, and leaves the terminal as it was; without an end the bar goes.
     pub fn finish(self) {
         let mut shown = lock(&self.shown);
         if let Some(text) = &self.hidden {
             shown.show(text);
         }
         if let Sink::Bar(line) = &shown.sink {
-            line.abandon();
+            match shown.end {
+                Some(_) => line.abandon(),
+                None => line.finish_and_clear(),
+            }
         }
     }
 }

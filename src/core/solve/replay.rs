@@ -108,6 +108,7 @@ impl Replay {
         let mut made = Self::begin(model, start, tolerance, control)?;
         for span in &schedule.steps {
             let before = made.trajectory.last().to_vec();
+            made.solver.report("replay", *span);
             let (stages, error) = made.solver.step(*span, &before, tolerance)?;
             made.trajectory.take(*span, stages, error)?;
         }
@@ -155,6 +156,7 @@ impl Replay {
                 if ends { (window.end, window.shown) } else { (at + length, at + length) };
             let span = Span { start: at, end, shown };
             let before = self.trajectory.last().to_vec();
+            self.solver.report("replay", span);
             let done = self.solver.step(span, &before, self.tolerance);
             match done.and_then(|done| self.admissible(span, done)) {
                 Ok((stages, error)) if error <= 1.0 => {
@@ -208,6 +210,7 @@ impl Replay {
                 Some(last) => &all[last][STAGES - 1],
             };
             let (span, stages) = (schedule.steps[step], &all[step]);
+            solver.report("adjoint of the replay", span);
             let (mu, of_step) = solver.transposed_step(span, stages, &lambda)?;
             let unit = GAMMA * (span.end - span.start);
             lambda.fill(0.0);

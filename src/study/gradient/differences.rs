@@ -226,6 +226,9 @@ impl AtFixedState<'_> {
         let mut all = vec![0.0; n];
         let of_colour = |colour: &Vec<usize>| {
             self.objective.control.check()?;
+            self.objective
+                .control
+                .report(|| format!("derivatives by the values of parameter {}", k + 1));
             let mut chosen = vec![0.0; n];
             colour.iter().for_each(|v| chosen[*v] = 1.0);
             let changed = self.along((k, self.step(k)), &|i| chosen[i])?;

@@ -57,6 +57,11 @@ pub(super) struct StageSolver {
 }
 
 impl StageSolver {
+    /// Reports the step that is worked on.
+    pub(super) fn report(&self, what: &str, step: Span) {
+        self.control.report(|| format!("{what}, time {:.3e}", step.shown));
+    }
+
     pub(super) fn new(coupled: Coupled, control: &Control) -> Self {
         let (mass, units) = (coupled.mass().collect(), coupled.tolerances(1.0));
         Self { coupled, mass, units, control: control.clone(), factor: None }
