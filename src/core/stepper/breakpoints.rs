@@ -11,6 +11,7 @@ use crate::model::{Chemistry, Evaluation};
 use crate::num::{Short, real};
 use crate::reduction::Reduction;
 use crate::sheet::Sheet;
+use crate::solve::replay::Span;
 
 /// Distance of evaluations from a breakpoint, relative to its time: times of stages are rounded.
 const BREAKPOINT_MARGIN: f64 = 64.0 * f64::EPSILON;
@@ -171,6 +172,14 @@ impl Breakpoints {
         }
         self.limited = Some(end);
         Window { end, shown_time: end, ..window }
+    }
+
+    /// The steps of a replay end where windows do: their spans, from a time to at most another.
+    pub fn spans(&mut self, reduction: &Reduction) -> impl FnMut(f64, f64) -> Span {
+        |time, until| {
+            let window = self.limit(self.window(time, until), reduction);
+            Span { start: window.start, end: window.end, shown: window.shown_time }
+        }
     }
 
     /// Times up to the end at which what reads the time is near to any of its values, at most `most` of them. Collective.

@@ -12,9 +12,8 @@ use crate::num::real;
 use crate::run::{Error, Result, Simulation};
 use crate::scene::Scene;
 use crate::solve::SolveError;
-use crate::solve::replay::{Replay, Schedule, Span};
+use crate::solve::replay::{Replay, Schedule};
 use crate::solve::sensitivity::SteadyPoint;
-use crate::stepper::Breakpoints;
 
 /// Tolerances of the replay where the scene has fixed steps.
 const TOLERANCE: f64 = 1e-4;
@@ -70,7 +69,7 @@ impl Objective {
         let mut replay = match known {
             Some(replay) => replay,
             None => {
-                let window = window_of(&mut breakpoints, &model);
+                let window = breakpoints.spans(model.sheet().reduction());
                 Replay::adaptive((&model, &start), &ends, window, tolerance, &self.control)?
             }
         };
@@ -239,14 +238,5 @@ fn check_times(times: &[f64], until: f64) -> Result<()> {
         false => Err(Error::Refused(format!(
             "--at-times: expected ascending times from 0 to time.until = {until}"
         ))),
-    }
-}
-
-/// Spans between `breakpoints`, from a time to at most another.
-fn window_of(breakpoints: &mut Breakpoints, model: &Model) -> impl FnMut(f64, f64) -> Span {
-    move |time, until| {
-        let reduction = model.sheet().reduction();
-        let window = breakpoints.limit(breakpoints.window(time, until), reduction);
-        Span { start: window.start, end: window.end, shown: window.shown_time }
     }
 }
