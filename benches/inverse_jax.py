@@ -125,6 +125,19 @@ class Shell:
         return area / (2 * len(x)) * (apart**2).sum(), -np.asarray(self.mixed(x, g, adjoint))
 
 
+def compare(shell, vertices, file, sheet):
+    """What the shell in JAX says of an equilibrium of Rumple."""
+    points, target, area = sheet
+    objective = rumple.Objective(scene(vertices), f"shape({file})", fields=["effect.growth.factor"], at_start=True)
+    growth = 1 + 0.01 * np.sin(points[:, 0])
+    value, gradient = objective(growth)
+    shell.x = np.asarray(objective.positions(growth))
+    force = np.abs(shell.energy(shell.x, growth)[1]).max()
+    other, other_gradient = shell.objective(growth, target, area)
+    apart = np.abs(gradient - other_gradient).max() / np.abs(gradient).max()
+    print(f"largest force in an equilibrium of Rumple {force:.1e} (limit {shell.limit:.1e}), J apart by {abs(other / value - 1):.1e}, gradients by {apart:.1e}", flush=True)
+
+
 def main(vertices=2000, iterations=40, repeats=3):
     sim = rumple.Simulation(scene(vertices))
     points, target, area = sim.rest_positions, cap(sim.rest_positions), sim.area
@@ -133,6 +146,7 @@ def main(vertices=2000, iterations=40, repeats=3):
     file.write_text("\n".join(lines) + "\n")
     shell = Shell(points, sim.triangles)
     shell.objective(np.ones(len(points)), target, area)  # compiles
+    compare(shell, vertices, file, (points, target, area))
 
     for name in ["rumple", "jax"]:
         spent, ends = [], []
