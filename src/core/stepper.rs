@@ -7,7 +7,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::VertexArea;
-use crate::model::{Evaluation, Model, Start, State};
+use crate::model::{Evaluation, Model, Positions, Start, State};
 use crate::record::{Malformed, Record};
 use crate::sheet::is_turned;
 use crate::solve::equilibrium::Relaxation;
@@ -99,6 +99,19 @@ impl Stepper {
         integrator.prepare(workspace, state)?;
         done.residual = workspace.reported_residual(state)?;
         Ok(Relaxation { separated, ..done })
+    }
+
+    /// Takes over the shape `x`, and the equilibrium near it if there is one: to be prepared from where other parameters led.
+    ///
+    /// # Errors
+    /// [`SolveError::Start`] if an effect refuses the shape; laws that fail.
+    pub fn rest_near(&mut self, x: Positions) -> Result<()> {
+        self.state.x = x;
+        self.check()?;
+        self.check_start()?;
+        self.hold();
+        self.workspace.rest_nearby(&mut self.state, None)?;
+        Ok(())
     }
 
     /// Brings the shape into equilibrium with its species.

@@ -31,7 +31,7 @@ impl TimeDependence {
     /// Times within the longest steps from 0 to `until` that pass over nothing, at most `most` of them: the function there is
     /// near to any of its values within the step.
     #[must_use]
-    pub fn within_steps(&self, until: f64, most: usize) -> Vec<f64> {
+    pub fn sample_times(&self, until: f64, most: usize) -> Vec<f64> {
         let mut ends = self.breakpoints.clone();
         ends.extend([0.0, until]);
         ends.retain(|end| (0.0..=until).contains(end));

@@ -83,7 +83,7 @@ pub fn start_from(
     take_state(simulation, &surface)?;
     simulation.stepper.state.time = start;
     // A shape that moves is where it is: brought to rest first, it would begin another motion.
-    if scene.time.policy.storage().mechanics > 0.0 {
+    if scene.time.policy.mass_weights().mechanics > 0.0 {
         simulation.stepper.start = Start::Given;
     }
     Ok(())

@@ -51,7 +51,7 @@ pub(crate) fn is_species_total(title: &str) -> bool {
 
 /// Whether the shape is in equilibrium at every time, and may snap from one to another.
 fn snaps(model: &Model) -> bool {
-    model.moves() && model.storage().mechanics == 0.0
+    model.moves() && model.mass_weights().mechanics == 0.0
 }
 
 /// Names of the effects of contact.

@@ -127,7 +127,7 @@ pub(super) fn on_diffusion(model: &Model, start: &State, notes: &mut Vec<String>
 /// Inspects whether the stability of the equilibria of a quasi-static shape is judged.
 pub(super) fn on_stability(scene: &Scene, workspace: &Workspace, notes: &mut Vec<String>) {
     let model = &workspace.model;
-    let rests = scene.time.policy.storage().mechanics == 0.0 && model.moves();
+    let rests = scene.time.policy.mass_weights().mechanics == 0.0 && model.moves();
     if rests && !model.mechanics().is_planar() && !workspace.judges_stability() {
         notes.push(
             "the stability of equilibria is not judged on sheets of this size, or over ranks: the shape stays at a saddle \

@@ -379,7 +379,7 @@ fn note_model(scene: &Scene, model: &Model, notes: &mut Vec<String>) -> Result<(
     }
     let tolerance = scene.equilibrium.tolerance();
     lints::on_loads(&mut potential, tolerance, notes);
-    if scene.time.policy.storage().mechanics > 0.0 {
+    if scene.time.policy.mass_weights().mechanics > 0.0 {
         lints::on_drag(scene, model.drag(), notes);
     }
     Ok(())

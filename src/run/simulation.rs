@@ -10,7 +10,7 @@ use super::ranks::RankPart;
 use super::{Error, Fields, Result, laws};
 use crate::Stepper;
 use crate::effects::EffectParts;
-use crate::model::{Evaluation, Model, State};
+use crate::model::{Evaluation, Model, Positions, State};
 use crate::output::Frame;
 use crate::output::provenance::MeshRecord;
 use crate::run::StepInfo;
@@ -159,6 +159,15 @@ impl Simulation {
         Ok(done)
     }
 
+    /// The same from the equilibrium near `x`, where other parameters led.
+    ///
+    /// # Errors
+    /// As for [`Simulation::prepare`].
+    pub fn prepare_near(&mut self, x: Positions) -> Result<Relaxation> {
+        self.spend(|s| s.stepper.rest_near(x)).0?;
+        self.prepare()
+    }
+
     /// Brings the shape into equilibrium with its species.
     ///
     /// # Errors
@@ -175,7 +184,7 @@ impl Simulation {
     pub fn reinitialise(&mut self) -> Result<Relaxation> {
         self.stepper.integrator.renew();
         let model = self.model();
-        let rests = model.moves() && model.storage().mechanics == 0.0;
+        let rests = model.moves() && model.mass_weights().mechanics == 0.0;
         let done = match rests {
             true => self.spend(|s| s.stepper.relax()).0?,
             false => Relaxation::default(),

@@ -83,7 +83,7 @@ impl StabilityMonitor {
                 .with_control(&simulation.stepper.workspace.control),
             modes: spec.modes.get(),
             perturb: spec.perturb.map(f64::from),
-            moving: scene.time.policy.storage().mechanics > 0.0,
+            moving: scene.time.policy.mass_weights().mechanics > 0.0,
             directory: directory.clone(),
             compression: scene.output.compression,
             written,

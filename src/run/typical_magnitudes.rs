@@ -128,7 +128,7 @@ fn times(stepper: &mut Stepper, chemistry: &Chemistry, until: f64) -> Vec<f64> {
     // They are found again with the magnitudes.
     let mut breakpoints = stepper.breakpoints.clone();
     breakpoints.sample(&mut stepper.evaluate());
-    let mut times = breakpoints.within_steps(TIMES[0], sheet.reduction());
+    let mut times = breakpoints.sample_times(TIMES[0], sheet.reduction());
     times.extend((1..=TIMES[1]).map(|k| until * (GOLDEN_RATIO * real(k)).fract()));
     let values = sheet.reduction().count(chemistry.points(&sheet)) * real(times.len());
     let every = (values / MAX_VALUES).min(real(times.len()) / MIN_TIMES);

@@ -7,14 +7,14 @@
 use std::env;
 use std::ffi::OsStr;
 use std::fs;
-use std::io::Write;
+use std::io::{Cursor, Write};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
-use image::codecs::gif::{GifEncoder, Repeat};
-use image::{Delay, Frame, ImageError};
+use gif::{Encoder, EncodingError, Frame, Repeat};
+use png::{ColorType, Transformations};
 use serde::{Deserialize, Serialize};
 
 use super::programs::{NamedProgram, browser, ffmpeg};
@@ -27,8 +27,8 @@ use crate::run::{Error, Result};
 const SCREEN_DPI: f64 = 96.0;
 /// Most bytes of the page of a picture: what a browser holds.
 const MOST_BYTES: usize = 300_000_000;
-/// How long the last picture of a GIF stays, ms.
-const LAST: u32 = 1500;
+/// How long the last picture of a GIF stays, 1/100 s.
+const LAST: u16 = 150;
 /// Speed of the quantisation of colours of a GIF, 1 (best) to 30.
 const QUANTISATION: i32 = 10;
 
@@ -221,7 +221,7 @@ pub fn movie(
     let wanted = Wanted { drawing, movie: true, time: None };
     let pictures = drawn(root, path, frames, &wanted)?;
     let bytes = match encoder {
-        None => gif(&pictures, rate).map_err(|error| refused(path, &error.to_string()))?,
+        None => gif(&pictures, rate).map_err(|error| refused(path, &error))?,
         Some(program) => encoded(&program, &pictures, rate, (path, kind))?,
     };
     file.write(|writer| writer.write_all(&bytes))?;
@@ -310,21 +310,45 @@ fn dumped(browser: &Path, folder: &Path, html: &str) -> Result<Output> {
     command.stdin(Stdio::null()).output().map_err(|error| refused(browser, &error.to_string()))
 }
 
-/// An animation that is repeated without end.
-fn gif(pictures: &[(f64, Vec<u8>)], rate: f64) -> std::result::Result<Vec<u8>, ImageError> {
-    let mut bytes = Vec::new();
-    let mut encoder = GifEncoder::new_with_speed(&mut bytes, QUANTISATION);
-    encoder.set_repeat(Repeat::Infinite)?;
-    let delay = Delay::from_saturating_duration(std::time::Duration::from_secs_f64(1.0 / rate));
+/// An animation that is repeated without end, or why a picture cannot be read or written.
+fn gif(pictures: &[(f64, Vec<u8>)], rate: f64) -> std::result::Result<Vec<u8>, String> {
+    let unwritten = |error: EncodingError| error.to_string();
+    let mut animation = None;
+    // Rates below 1/655 s have the longest delay that the format has.
+    let delay = u16::try_from(whole((100.0 / rate).round())).unwrap_or(u16::MAX);
     for (k, (_, png)) in pictures.iter().enumerate() {
-        let picture = image::load_from_memory(png)?.into_rgba8();
+        let (width, height, mut pixels) = rgba(png)?;
+        let mut frame = Frame::from_rgba_speed(width, height, &mut pixels, QUANTISATION);
         // The end is to be seen before it begins again.
-        let delay =
-            if k + 1 == pictures.len() { Delay::from_numer_denom_ms(LAST, 1) } else { delay };
-        encoder.encode_frame(Frame::from_parts(picture, 0, 0, delay))?;
+        frame.delay = if k + 1 == pictures.len() { LAST } else { delay };
+        if animation.is_none() {
+            let mut encoder = Encoder::new(Vec::new(), width, height, &[]).map_err(unwritten)?;
+            encoder.set_repeat(Repeat::Infinite).map_err(unwritten)?;
+            animation = Some(encoder);
+        }
+        if let Some(encoder) = &mut animation {
+            encoder.write_frame(&frame).map_err(unwritten)?;
+        }
     }
-    drop(encoder);
-    Ok(bytes)
+    let written = animation.map(|encoder| encoder.into_inner());
+    written.transpose().map(Option::unwrap_or_default).map_err(|error| error.to_string())
+}
+
+/// Width, height and pixels of a PNG, red, green, blue and opacity each.
+fn rgba(png: &[u8]) -> std::result::Result<(u16, u16, Vec<u8>), String> {
+    let unread = |error: png::DecodingError| error.to_string();
+    let mut decoder = png::Decoder::new(Cursor::new(png));
+    decoder.set_transformations(Transformations::normalize_to_color8() | Transformations::ALPHA);
+    let mut reader = decoder.read_info().map_err(unread)?;
+    let size = reader.output_buffer_size().ok_or("a picture larger than memory")?;
+    let mut pixels = vec![0; size];
+    let info = reader.next_frame(&mut pixels).map_err(unread)?;
+    pixels.truncate(info.buffer_size());
+    if info.color_type == ColorType::GrayscaleAlpha {
+        pixels = pixels.chunks_exact(2).flat_map(|p| [p[0], p[0], p[0], p[1]]).collect();
+    }
+    let side = |pixels| u16::try_from(pixels).map_err(|_| format!("{pixels} pixels wide or high"));
+    Ok((side(info.width)?, side(info.height)?, pixels))
 }
 
 /// A movie by ffmpeg, which is `program`.

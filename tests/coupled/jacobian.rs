@@ -15,8 +15,8 @@ use rumple::geometry::{AreaRule, VertexArea, face_areas};
 use rumple::kinetics::formula::SpeciesFormula;
 use rumple::kinetics::{Kinetics, Location, Signal};
 use rumple::model::{
-    AtBoundary, Chemistry, Coupled, Drag, Mechanics, Model, ParameterFields, Signals, State,
-    Storage, Subsystem, TensionReading,
+    AtBoundary, Chemistry, Coupled, Drag, MassWeights, Mechanics, Model, ParameterFields, Signals,
+    State, Subsystem, TensionReading,
 };
 use rumple::sheet::Sheet;
 
@@ -151,7 +151,7 @@ fn holding(
         measure,
     )
     .with_held_values(held);
-    let storage = Storage { mechanics: 1.0, chemistry: 1.0 };
+    let storage = MassWeights { mechanics: 1.0, chemistry: 1.0 };
     Arc::new(Model::new(mechanics, Some(chemistry), storage, Drag::per_vertex(3.0)))
 }
 

@@ -161,7 +161,7 @@ fn model(sheet: &Arc<Sheet>, parts: &[&str]) -> Arc<Model> {
         let (transports, measure) = (all.transports, Measure::Concentration);
         Chemistry::new(sheet, kinetics, fields, place, signals, transports, measure)
     });
-    let storage = Policy::default().storage();
+    let storage = Policy::default().mass_weights();
     Arc::new(
         Model::new(mechanics, chemistry, storage, Drag::per_vertex(1.0)).with_growth(all.growth),
     )

@@ -8,7 +8,7 @@ use rumple::effects::{
     Field, Growth, LengthFactor, Measure, Region, StretchingModulus, StretchingWeight,
     StvkStretching,
 };
-use rumple::model::{Drag, Mechanics, Model, Potential, Storage};
+use rumple::model::{Drag, MassWeights, Mechanics, Model, Potential};
 use rumple::sheet::{Array, Sheet, Surface};
 
 use crate::common::{irregular, lattice};
@@ -58,7 +58,7 @@ fn a_formula_without_the_time_is_evaluated_once() {
     assert!(matches!(ramped.at_edges(&sheet, 2.0), Cow::Owned(_)));
     let pins = vec![[false; 3]; sheet.vertex_count()];
     let mechanics = Mechanics::new(sheet.clone(), Vec::new(), pins).unwrap();
-    let storage = Storage { mechanics: 0.0, chemistry: 1.0 };
+    let storage = MassWeights { mechanics: 0.0, chemistry: 1.0 };
     let model = |growth| {
         Model::new(mechanics.clone(), None, storage, Drag::per_vertex(1.0)).with_growth(growth)
     };
@@ -262,7 +262,7 @@ fn growth_can_be_a_function() {
     let model = |growth: LengthFactor| {
         let pins = vec![[false; 3]; sheet.vertex_count()];
         let mechanics = Mechanics::new(sheet.clone(), Vec::new(), pins).unwrap();
-        let storage = Storage { mechanics: 0.0, chemistry: 1.0 };
+        let storage = MassWeights { mechanics: 0.0, chemistry: 1.0 };
         Model::new(mechanics, None, storage, Drag::per_vertex(1.0)).with_growth(vec![growth])
     };
     let linear = LengthFactor::function(|sheet, t| vec![1.0 + t; sheet.edges().len()]);

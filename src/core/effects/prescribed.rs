@@ -166,7 +166,7 @@ impl DirichletValues {
         let mut known = TimeDependence::default();
         let Some(course) = &self.course else { return vec![0.0] };
         course.formula.time_dependence(course.places(), until, &mut known);
-        let mut times = known.within_steps(until, MAX_SAMPLES);
+        let mut times = known.sample_times(until, MAX_SAMPLES);
         times.extend(known.breakpoints);
         times.extend([0.0, until]);
         times

@@ -148,7 +148,7 @@ impl RampFactor {
     #[must_use]
     pub(crate) fn samples(&self, until: f64) -> Vec<f64> {
         let known = self.time_dependence(until);
-        let mut times = known.within_steps(until, MAX_SAMPLES);
+        let mut times = known.sample_times(until, MAX_SAMPLES);
         times.extend(known.breakpoints);
         times.extend([0.0, until]);
         times

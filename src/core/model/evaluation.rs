@@ -416,7 +416,7 @@ impl<'a> Evaluation<'a> {
     /// # Errors
     /// As for [`Evaluation::potential`].
     pub fn fastest_motion(&mut self) -> Result<f64, ModelError> {
-        let (model, weight) = (self.model, self.model.storage().mechanics);
+        let (model, weight) = (self.model, self.model.mass_weights().mechanics);
         if weight == 0.0 || !model.moves() {
             return Ok(0.0);
         }

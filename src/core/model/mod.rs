@@ -42,7 +42,7 @@ pub(crate) use hold::CorotationalForces;
 pub use linear_in_time::LinearInTime;
 pub use mechanics::{Mechanics, MechanicsParts};
 pub use parameters::ParameterFields;
-pub use policy::{Policy, Stabilisation, Start, Storage};
+pub use policy::{MassWeights, Policy, Stabilisation, Start};
 pub use potential::Potential;
 pub use proximal_term::Anchor;
 pub use rigid::{Motion, free_motions};
@@ -68,7 +68,7 @@ pub struct Model {
     chemistry: Option<Chemistry>,
     growth: Vec<LengthFactor>,
     internal: Vec<Box<dyn InternalVariables>>,
-    storage: Storage,
+    storage: MassWeights,
     drag: Drag,
 }
 
@@ -79,7 +79,7 @@ impl Model {
     pub fn new(
         mechanics: Arc<Mechanics>,
         chemistry: Option<Chemistry>,
-        storage: Storage,
+        storage: MassWeights,
         drag: Drag,
     ) -> Self {
         let mut chemistry = chemistry;
@@ -203,7 +203,7 @@ impl Model {
 
     /// Weights of the two rows.
     #[must_use]
-    pub fn storage(&self) -> Storage {
+    pub fn mass_weights(&self) -> MassWeights {
         self.storage
     }
 

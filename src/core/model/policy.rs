@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 /// Weights of the two rows of the mass matrix.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Storage {
+pub struct MassWeights {
     /// `w_x`, multiplies the drag.
     pub mechanics: f64,
     /// `w_c`.
@@ -50,13 +50,13 @@ impl Policy {
 
     /// Its two weights.
     #[must_use]
-    pub fn storage(self) -> Storage {
+    pub fn mass_weights(self) -> MassWeights {
         let (mechanics, chemistry) = match self {
             Self::QuasiStatic => (0.0, 1.0),
             Self::Simultaneous => (1.0, 1.0),
             Self::ChemistryFast => (1.0, 0.0),
         };
-        Storage { mechanics, chemistry }
+        MassWeights { mechanics, chemistry }
     }
 }
 

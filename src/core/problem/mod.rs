@@ -318,7 +318,8 @@ impl<'a> Problem<'a> {
             species: vec![vec![0.0; points]; species],
             internal: Vec::new(),
         };
-        let model = Model::new(mechanics, chemistry, self.policy.storage(), self.built_drag()?);
+        let model =
+            Model::new(mechanics, chemistry, self.policy.mass_weights(), self.built_drag()?);
         let model = model.with_growth(growth).with_internal_variables(internal);
         model.hold(state.time, &mut state.species);
         state.internal = model.initial_internal();

@@ -96,7 +96,7 @@ impl Problem<'_> {
             let message = format!("{what} {place}");
             Err(ProblemError::new(part, message, Some(help)))
         };
-        if !self.integrator.supports_ranks(self.policy.storage()) {
+        if !self.integrator.supports_ranks(self.policy.mass_weights()) {
             let (name, policy) = (self.integrator.name(), self.policy.name());
             let what = format!("{name} cannot advance a sheet under the policy {policy}");
             let help =
@@ -311,7 +311,7 @@ impl Problem<'_> {
     ) -> Result<Box<dyn Integrator>, ProblemError> {
         let refused =
             |message: String, help| ProblemError::new(ProblemPart::Integrator, message, help);
-        let integrator = self.integrator.build(self.policy.storage());
+        let integrator = self.integrator.build(self.policy.mass_weights());
         let integrator = integrator.map_err(|e| refused(e.to_string(), None))?;
         match unsupported(self, mechanics, internal) {
             Some((message, help)) => Err(refused(message, Some(help))),
@@ -327,7 +327,7 @@ impl Problem<'_> {
             help: e.help,
         };
         let drag = self.drag.on(&self.sheet, self.read).map_err(refused)?;
-        let moves = self.policy.storage().mechanics > 0.0;
+        let moves = self.policy.mass_weights().mechanics > 0.0;
         if moves && !drag.is_isotropic() && !self.integrator.supports_anisotropic_drag() {
             let message = "this integrator takes drag to be the same in all directions";
             let help = "integrator = \"staggered\" with shape = \"sdirk2\" (its default) or \

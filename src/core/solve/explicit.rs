@@ -18,7 +18,7 @@ use super::{
     Integrator, IntegratorSpec, Result, SolveError, StepReport, Workspace, counters,
     end_of_fixed_step, fixed_step, scaled,
 };
-use crate::model::{Coupled, State, Storage, Subsystem};
+use crate::model::{Coupled, MassWeights, State, Subsystem};
 use crate::num::checked::Positive;
 use crate::ode::OdeMethod;
 
@@ -101,7 +101,7 @@ impl IntegratorSpec for ExplicitSpec {
         euler.then(|| self.step.map_or(DEFAULT_STEP, Positive::get))
     }
 
-    fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>> {
+    fn build(&self, policy: MassWeights) -> Result<Box<dyn Integrator>> {
         if policy.mechanics == 0.0 || policy.chemistry == 0.0 {
             let row = if policy.mechanics == 0.0 { "shape" } else { "chemistry" };
             return Err(SolveError::Pairing(format!(

@@ -34,7 +34,7 @@ pub(crate) use progress::Progress;
 pub use workspace::Relaxer;
 pub use workspace::Workspace;
 
-use crate::model::{State, Storage};
+use crate::model::{MassWeights, State};
 use crate::num::checked::Positive;
 use crate::num::decimal;
 use crate::record::{Malformed, Record};
@@ -92,7 +92,7 @@ pub trait IntegratorSpec: std::fmt::Debug + Send + Sync {
     }
 
     /// Whether it advances a sheet that is spread over ranks.
-    fn supports_ranks(&self, _policy: Storage) -> bool {
+    fn supports_ranks(&self, _policy: MassWeights) -> bool {
         false
     }
 
@@ -123,7 +123,7 @@ pub trait IntegratorSpec: std::fmt::Debug + Send + Sync {
     ///
     /// # Errors
     /// [`SolveError::Pairing`] if it makes no sense with that policy.
-    fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>, SolveError>;
+    fn build(&self, policy: MassWeights) -> Result<Box<dyn Integrator>, SolveError>;
 }
 
 crate::family!(dyn IntegratorSpec, "integrator", "kind");

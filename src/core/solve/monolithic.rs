@@ -258,7 +258,7 @@ impl Monolithic {
         stepped.map_err(|error| explained(error.into(), &model, (self.part, state.time)))?;
         next.step += 1;
         // Without storage the vertices that are held decide where the sheet lies.
-        if self.part == Subsystem::Whole && model.moves() && model.storage().mechanics == 0.0 {
+        if self.part == Subsystem::Whole && model.moves() && model.mass_weights().mechanics == 0.0 {
             let shape = next.x.clone();
             workspace.align(&mut next, &state.x)?;
             *unsettled = (next.x != shape).then_some(shape);
@@ -276,7 +276,7 @@ impl Monolithic {
 /// `error` of a part at the time reached: where the chemistry is steady at every time, no step however short leads
 /// beyond the end of its steady state.
 fn explained(error: SolveError, model: &Model, (part, time): (Subsystem, f64)) -> SolveError {
-    let steady = part == Subsystem::Whole && model.storage().chemistry == 0.0;
+    let steady = part == Subsystem::Whole && model.mass_weights().chemistry == 0.0;
     // A step over the fold ends at no state of the model.
     let ends = matches!(
         error,
@@ -297,7 +297,7 @@ fn explained(error: SolveError, model: &Model, (part, time): (Subsystem, f64)) -
 
 impl Integrator for Monolithic {
     fn prepare(&mut self, workspace: &mut Workspace, state: &mut State) -> Result<()> {
-        if workspace.model.storage().chemistry == 0.0 {
+        if workspace.model.mass_weights().chemistry == 0.0 {
             let tolerance = (self.rtol, self.atol);
             self.steady.solve(workspace, state, tolerance, Leap::Allowed)?;
         }

@@ -27,7 +27,7 @@ mod trajectory;
 
 use std::sync::Arc;
 
-pub use stages::Span;
+pub use stages::Window;
 use stages::{GAMMA, STAGES, StageSolver, Stages, add};
 pub use trajectory::{Adjoint, Schedule, Trajectory};
 
@@ -77,7 +77,7 @@ impl Replay {
     pub fn adaptive(
         (model, start): (&Arc<Model>, &State),
         times: &[f64],
-        mut window: impl FnMut(f64, f64) -> Span,
+        mut window: impl FnMut(f64, f64) -> Window,
         tolerance: (f64, f64),
         control: &Control,
     ) -> Result<Self> {
@@ -88,7 +88,7 @@ impl Replay {
                 let span = window(time, until);
                 made.check_held(span)?;
                 step = made.cross(span, step)?;
-                time = span.shown;
+                time = span.shown_time;
             }
             made.trajectory.schedule.marks.push(made.trajectory.stages.len());
         }
@@ -123,7 +123,7 @@ impl Replay {
     }
 
     /// Refuses values that are held and jump where a window begins.
-    fn check_held(&self, window: Span) -> Result<()> {
+    fn check_held(&self, window: Window) -> Result<()> {
         let Some(last) = self.trajectory.schedule.steps.last() else { return Ok(()) };
         let state = self.trajectory.state(&self.model, last.end, self.trajectory.last());
         let held = |time: f64| {
@@ -137,13 +137,13 @@ impl Replay {
             false => Ok(()),
             true => Err(not_differentiable(format!(
                 "a value that is held jumps at t = {}, which gradients in time do not cover: a ramp of some steps is covered",
-                last.shown
+                last.shown_time
             ))),
         }
     }
 
     /// Crosses a window with steps under error control, the first of them at most as long as `step`; gives the next one.
-    fn cross(&mut self, window: Span, step: f64) -> Result<f64> {
+    fn cross(&mut self, window: Window, step: f64) -> Result<f64> {
         let whole = window.end - window.start;
         let mut step = if step.is_finite() { step } else { FIRST_STEP * whole };
         let mut at = window.start;
@@ -152,9 +152,9 @@ impl Replay {
             let parts = (left / step).ceil().max(1.0);
             let length = left / if parts > 2.0 { left / step } else { parts };
             let ends = parts <= 1.0;
-            let (end, shown) =
-                if ends { (window.end, window.shown) } else { (at + length, at + length) };
-            let span = Span { start: at, end, shown };
+            let (end, shown_time) =
+                if ends { (window.end, window.shown_time) } else { (at + length, at + length) };
+            let span = Window { start: at, end, shown_time };
             let before = self.trajectory.last().to_vec();
             self.solver.report("replay", span);
             let done = self.solver.step(span, &before, self.tolerance);
@@ -180,10 +180,10 @@ impl Replay {
     }
 
     /// Refuses a step whose end is not in the range of its species.
-    fn admissible(&self, span: Span, done: (Stages, f64)) -> Result<(Stages, f64)> {
+    fn admissible(&self, span: Window, done: (Stages, f64)) -> Result<(Stages, f64)> {
         let end = &done.0[STAGES - 1];
-        let mut end = self.trajectory.state(&self.model, span.shown, end);
-        self.model.keep_in_range(&mut end.species, span.shown, self.tolerance)?;
+        let mut end = self.trajectory.state(&self.model, span.shown_time, end);
+        self.model.keep_in_range(&mut end.species, span.shown_time, self.tolerance)?;
         Ok(done)
     }
 
@@ -254,7 +254,8 @@ fn check_covered(model: &Model) -> Result<()> {
         "an effect of the scene (such as volume or contact) couples vertices far apart"
     } else if mechanics.limits_steps() {
         "an effect of the scene (such as contact) limits steps"
-    } else if model.moves() && model.storage().mechanics > 0.0 && !model.drag().is_isotropic() {
+    } else if model.moves() && model.mass_weights().mechanics > 0.0 && !model.drag().is_isotropic()
+    {
         "the drag of the scene differs by direction"
     } else {
         return Ok(());

@@ -18,6 +18,7 @@ use super::equilibrium::Gauge;
 use super::stability::Stability;
 use super::{Control, Result, SolveError};
 use crate::Vec3;
+use crate::effects::ParameterField;
 use crate::linear::{ShiftedJacobian, SparseLu};
 use crate::model::{Coupled, EvaluationBuffers, Model, State, free_motions};
 use crate::parallel;
@@ -94,6 +95,36 @@ impl Point {
             }
         }
         Ok(imbalance)
+    }
+
+    /// The optimal length l̄ of every edge in `model`, one of the same unknowns, at `state`.
+    ///
+    /// # Errors
+    /// Laws that fail.
+    pub fn optimal_lengths(&self, model: &Model, state: &State) -> Result<Vec<f64>> {
+        let mut memory = EvaluationBuffers::default();
+        let mut lengths = model.mechanics().reference().length().to_vec();
+        if let Some(factor) = model.at(state, &mut memory).length_factor()? {
+            lengths.iter_mut().zip(factor.iter()).for_each(|(length, factor)| *length *= factor);
+        }
+        Ok(lengths)
+    }
+
+    /// All `λ_i·∂²U/∂x_i∂l̄_e` that can be different from zero, with vertex i and edge e: a pair may come more than once, and then
+    /// counts as the sum.
+    ///
+    /// # Errors
+    /// Laws that fail.
+    pub fn by_optimal_lengths(&self, adjoint: &[Vec3]) -> Result<Vec<(usize, usize, f64)>> {
+        let mut memory = EvaluationBuffers::default();
+        let mut at = self.model.at(&self.state, &mut memory);
+        let mut all = Vec::new();
+        at.potential()?.mixed_derivatives(
+            &self.state.x,
+            ParameterField::OptimalLength,
+            &mut |i, e, by| all.push((i, e, adjoint[i].dot(&by))),
+        );
+        Ok(all)
     }
 }
 

@@ -2,7 +2,7 @@
 //! steps between them may be.
 //!
 //! A step leads from just after one breakpoint to just before the next one, so that every evaluation within it is on
-//! one side of a jump; what happens in between is round-off. The state is shown_time at the breakpoint itself.
+//! one side of a jump; what happens in between is round-off. The state is shown at the breakpoint itself.
 
 use crate::effects::EffectSpec;
 use crate::kinetics::breakpoints::{Course, SAMPLES, TimeDependence, sampled};
@@ -11,7 +11,7 @@ use crate::model::{Chemistry, Evaluation};
 use crate::num::{Short, real};
 use crate::reduction::Reduction;
 use crate::sheet::Sheet;
-use crate::solve::replay::Span;
+use crate::solve::replay::Window;
 
 /// Distance of evaluations from a breakpoint, relative to its time: times of stages are rounded.
 const BREAKPOINT_MARGIN: f64 = 64.0 * f64::EPSILON;
@@ -42,17 +42,6 @@ pub struct Breakpoints {
     until: f64,
     /// Whether those of the laws are among them.
     sampled: bool,
-}
-
-/// Where a step begins, where it is to end at the latest, and the time shown there.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Window {
-    /// Just after a breakpoint.
-    pub start: f64,
-    /// Just before one.
-    pub end: f64,
-    /// The breakpoint itself.
-    pub shown_time: f64,
 }
 
 impl Breakpoints {
@@ -174,20 +163,17 @@ impl Breakpoints {
         Window { end, shown_time: end, ..window }
     }
 
-    /// The steps of a replay end where windows do: their spans, from a time to at most another.
-    pub fn spans(&mut self, reduction: &Reduction) -> impl FnMut(f64, f64) -> Span {
-        |time, until| {
-            let window = self.limit(self.window(time, until), reduction);
-            Span { start: window.start, end: window.end, shown: window.shown_time }
-        }
+    /// The steps of a replay end where windows do: from a time to at most another.
+    pub fn windows(&mut self, reduction: &Reduction) -> impl FnMut(f64, f64) -> Window {
+        |time, until| self.limit(self.window(time, until), reduction)
     }
 
     /// Times up to the end at which what reads the time is near to any of its values, at most `most` of them. Collective.
     #[must_use]
-    pub fn within_steps(&self, most: usize, reduction: &Reduction) -> Vec<f64> {
+    pub fn sample_times(&self, most: usize, reduction: &Reduction) -> Vec<f64> {
         let Self { times, courses, .. } = self.clone();
         let known = TimeDependence { breakpoints: times, courses };
-        reduction.gathered(known.within_steps(self.until, most))
+        reduction.gathered(known.sample_times(self.until, most))
     }
 
     /// Those inside the span.

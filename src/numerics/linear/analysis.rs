@@ -52,15 +52,15 @@ impl Precision for f32 {
 }
 
 /// A pattern, ordered and analysed, with room for the values of one matrix.
-pub(super) struct Analysis<T: Precision = f64> {
+pub(super) struct Analysis {
     pattern: Arc<BlockPattern>,
     symbolic: SymbolicCholesky<u32>,
     column_start: Vec<u32>,
     row_index: Vec<u32>,
-    value: Vec<T>,
+    value: Vec<f64>,
 }
 
-impl<T: Precision> Analysis<T> {
+impl Analysis {
     /// Orders and analyses `pattern`.
     ///
     /// # Errors
@@ -90,7 +90,7 @@ impl<T: Precision> Analysis<T> {
             parameters,
         )
         .map_err(|e| LinearError::new(format!("symbolic factorisation of {n} unknowns: {e:?}")))?;
-        let value = vec![T::from_f64(0.0); row_index.len()];
+        let value = vec![0.0; row_index.len()];
         Ok(Self { pattern, symbolic, column_start, row_index, value })
     }
 
@@ -109,19 +109,18 @@ impl<T: Precision> Analysis<T> {
         self.pattern.axes()
     }
 
-    /// Takes over the values of `matrix`, which must have the pattern this was made for, times
-    /// `scale`.
-    pub(super) fn load(&mut self, matrix: &BlockMatrix, scale: f64) {
+    /// Takes over the values of `matrix`, which must have the pattern this was made for.
+    pub(super) fn load(&mut self, matrix: &BlockMatrix) {
         let mut values = self.value.iter_mut();
         matrix.for_each_lower(|entry| {
             if let Some(value) = values.next() {
-                *value = T::from_f64(scale * entry);
+                *value = entry;
             }
         });
     }
 
     /// The values taken over, as the lower triangle in compressed columns.
-    pub(super) fn matrix(&self) -> SparseColMatRef<'_, u32, T> {
+    pub(super) fn matrix(&self) -> SparseColMatRef<'_, u32, f64> {
         let n = self.unknowns();
         let layout =
             SymbolicSparseColMatRef::new_checked(n, n, &self.column_start, None, &self.row_index);
@@ -129,21 +128,21 @@ impl<T: Precision> Analysis<T> {
     }
 }
 
-/// Writes vectors as unknowns, `axes` of each vector, times `scale`.
-pub(super) fn pack<T: Precision>(axes: usize, v: &[Vec3], scale: f64, into: &mut [T]) {
+/// Writes vectors as unknowns, `axes` of each vector.
+pub(super) fn pack(axes: usize, v: &[Vec3], into: &mut [f64]) {
     for (place, v) in into.chunks_exact_mut(axes).zip(v) {
         for (place, v) in place.iter_mut().zip(v.as_slice()) {
-            *place = T::from_f64(scale * v);
+            *place = *v;
         }
     }
 }
 
-/// Writes unknowns as vectors, times `scale`; directions that are none become 0.
-pub(super) fn unpack<T: Precision>(axes: usize, from: &[T], scale: f64, v: &mut [Vec3]) {
+/// Writes unknowns as vectors; directions that are none become 0.
+pub(super) fn unpack(axes: usize, from: &[f64], v: &mut [Vec3]) {
     for (place, v) in from.chunks_exact(axes).zip(v) {
         *v = Vec3::zeros();
         for (v, place) in v.as_mut_slice().iter_mut().zip(place) {
-            *v = scale * place.number();
+            *v = *place;
         }
     }
 }

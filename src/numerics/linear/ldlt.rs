@@ -95,7 +95,7 @@ impl BlockLdlt {
     /// [`LinearError`] for a matrix with entries that are not finite, or one so
     /// singular that a pivot vanishes.
     pub fn factorise(&mut self, matrix: &BlockMatrix) -> Result<usize, LinearError> {
-        self.analysis.load(matrix, 1.0);
+        self.analysis.load(matrix);
         self.analysis.symbolic().factorize_numeric_intranode_lblt(
             &mut self.factor,
             &mut self.off_diagonal,
@@ -155,7 +155,7 @@ impl BlockLdlt {
     /// Replaces `rhs` by the solution for the last matrix factorised.
     pub fn solve(&mut self, rhs: &mut [Vec3]) {
         let axes = self.analysis.axes();
-        pack(axes, rhs, 1.0, &mut self.rhs);
+        pack(axes, rhs, &mut self.rhs);
         let n = self.rhs.len();
         IntranodeLbltRef::new(
             self.analysis.symbolic(),
@@ -169,6 +169,6 @@ impl BlockLdlt {
             Par::Seq,
             MemStack::new(&mut self.solve_memory),
         );
-        unpack(axes, &self.rhs, 1.0, rhs);
+        unpack(axes, &self.rhs, rhs);
     }
 }

@@ -32,11 +32,6 @@ pub trait LinearSolver: Send {
     /// Replaces `rhs` by the solution, or nearly, for the last matrix.
     fn solve(&mut self, rhs: &mut [Vec3]);
 
-    /// Replaces `rhs` by the solution for the transposed matrix, which is the same.
-    fn solve_transposed(&mut self, rhs: &mut [Vec3]) {
-        self.solve(rhs);
-    }
-
     /// Whether it fails for every matrix that is not positive definite, as a Cholesky factorisation does.
     fn detects_indefinite(&self) -> bool {
         false

@@ -90,7 +90,7 @@ impl<'a> BranchRecord<'a> {
         let titles = model.chemistry().map(|chemistry| {
             chemistry.descriptor().species.iter().map(|s| titled(&s.name, &s.unit)).collect()
         });
-        let of_shape = titles.is_some() && model.moves() && model.storage().mechanics == 0.0;
+        let of_shape = titles.is_some() && model.moves() && model.mass_weights().mechanics == 0.0;
         let species = (0..start.species.len()).map(Measure::Species);
         let all = Measure::ALL.into_iter().map(|(measure, ..)| measure);
         let measures = all.filter(has).chain(species).collect();

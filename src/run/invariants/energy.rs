@@ -101,7 +101,7 @@ impl EnergyBalance {
     /// A work that is not known, with the place.
     pub(super) fn new(scene: &Scene, model: &Model) -> Result<Self> {
         let mechanics = model.mechanics();
-        let drag = model.storage().mechanics > 0.0;
+        let drag = model.mass_weights().mechanics > 0.0;
         if drag && mechanics.constraints().iter().any(|term| term.reads().time) {
             let message = "under drag the work of a constraint whose target changes with time is not accounted for: \
                            its multiplier is that of the shape at rest";

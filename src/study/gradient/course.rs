@@ -85,7 +85,7 @@ impl Course {
             _ => None,
         };
         // Where the shape has no storage, nothing but the unknowns that are held says where the sheet lies.
-        let floats = model.moves() && model.storage().mechanics == 0.0;
+        let floats = model.moves() && model.mass_weights().mechanics == 0.0;
         let moves = |(state, slope): (&State, &Unknowns)| {
             changes_with_rigid_motions(model, &state.x, &slope.x)
         };

@@ -14,6 +14,11 @@ pub(super) trait Fixed: Sync {
     /// # Errors
     /// Laws that fail.
     fn terms(&self, model: &Arc<Model>, start: &State) -> Result<(Unknowns, Vec<State>)>;
+
+    /// The only state, if it is one at rest.
+    fn at_rest(&self) -> Option<&FixedPoint<'_>> {
+        None
+    }
 }
 
 /// A state at rest, with λ.
@@ -31,5 +36,9 @@ impl Fixed for FixedPoint<'_> {
             g.iter_mut().zip(adjoint).for_each(|(g, a)| *g *= a);
         }
         Ok((terms, vec![state]))
+    }
+
+    fn at_rest(&self) -> Option<&FixedPoint<'_>> {
+        Some(self)
     }
 }

@@ -69,7 +69,7 @@ impl Objective {
         let mut replay = match known {
             Some(replay) => replay,
             None => {
-                let window = breakpoints.spans(model.sheet().reduction());
+                let window = breakpoints.windows(model.sheet().reduction());
                 Replay::adaptive((&model, &start), &ends, window, tolerance, &self.control)?
             }
         };
@@ -101,7 +101,7 @@ impl Objective {
     ) -> Result<Option<Box<SteadyPoint>>> {
         let model = simulation.model();
         let settles = model.moves() && simulation.stepper.start == Start::Equilibrium;
-        if !settles || model.storage().mechanics == 0.0 {
+        if !settles || model.mass_weights().mechanics == 0.0 {
             return Ok(None);
         }
         let first = State { species: given, ..simulation.state().clone() };

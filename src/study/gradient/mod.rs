@@ -5,7 +5,8 @@
 //! ```
 //!
 //! ∂g/∂p and ∂J/∂p are central differences of one evaluation at a fixed state (`differences`): exact to some 1e-9, whatever
-//! effect or law the parameter is of. A gradient by thousands of parameters costs one relaxation and some hundred evaluations.
+//! effect or law the parameter is of. A gradient by thousands of parameters costs one relaxation and some hundred evaluations. Where a field
+//! acts by the optimal lengths l̄ alone, as growth does, ∂²U/∂x∂l̄ of the effects is taken, and l̄ alone is differenced (`local`).
 //!
 //! [`Objective`] is J(p) with its gradient, for optimisation: inverse design and fits of what is at rest. The point is the
 //! equilibrium at the end of the scene's time, with a law the steady state of shape and chemistry there; or the first equilibrium,
@@ -17,6 +18,7 @@ mod course;
 mod differences;
 mod fixed;
 mod in_time;
+mod local;
 mod measure;
 mod objective;
 mod parameter;

@@ -221,17 +221,17 @@ impl Objective {
             }
             place => place == Place::End,
         };
-        if let Some(warm) = self.warm.take().filter(|_| !runs) {
-            simulation.state_mut().x = warm;
-        }
-        simulation.prepare()?;
+        match self.warm.take().filter(|_| !runs) {
+            Some(warm) => simulation.prepare_near(warm)?,
+            None => simulation.prepare()?,
+        };
         if runs {
             run_to_end(&mut simulation, &scene)?;
         }
         let tolerance = simulation.force_tolerance();
         let (model, state) = (Arc::clone(simulation.model()), simulation.state());
         let reacts = model.chemistry().is_some();
-        let steady = reacts && (runs || model.storage().chemistry == 0.0);
+        let steady = reacts && (runs || model.mass_weights().chemistry == 0.0);
         let point = SteadyPoint::new(model, state, (steady, tolerance), &self.control)?;
         let value = self.measured(&point.point().model, &point.point().state)?;
         self.warm = Some(point.point().state.x.clone());

@@ -48,7 +48,7 @@ impl Coupled {
     /// The unknowns of `part`, weighed as the model says; species that move alone have storage.
     #[must_use]
     pub fn new(model: &Arc<Model>, part: Subsystem) -> Self {
-        let still = model.storage().mechanics == 0.0 && part == Subsystem::Whole;
+        let still = model.mass_weights().mechanics == 0.0 && part == Subsystem::Whole;
         Self::laid_out(model, part, still)
     }
 
@@ -67,7 +67,7 @@ impl Coupled {
 
     /// The unknowns of `part`; rigid motions are fixed where the shape is `still`.
     fn laid_out(model: &Arc<Model>, part: Subsystem, still: bool) -> Self {
-        let storage = model.storage();
+        let storage = model.mass_weights();
         let layout = Layout::new(model, part, still);
         let weight = if part == Subsystem::Chemistry { 1.0 } else { storage.chemistry };
         let mut mass = vec![0.0; layout.mechanical()];

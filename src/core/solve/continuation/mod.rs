@@ -18,7 +18,7 @@
 //! as where a sphere buckles in many modes at once, are one point with all their modes.
 //!
 //! An even number of changes within one step, as one eigenvalue down and another up, is not seen; shorter steps see it.
-//! With species u = (x, c), g = (∂U/∂x, -dc/dt) and no symmetry: `reacting`.
+//! With species u = (x, c), g = (∂U/∂x, -dc/dt) and no symmetry: [`Continuation::of_species`].
 //! Not covered: constraints, pairs of contact; branches of points of special kind (folds in two parameters).
 //!
 //! References: Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems (1977), in Rabinowitz (ed.),

@@ -89,7 +89,7 @@ where
             model.chemistry().map(|chemistry| chemistry.all_typical()).unwrap_or_default();
         let points = start.species.first().map_or(0, Vec::len);
         let metric = Metric::new(model.sheet(), settings.scales(), (&typical, points));
-        let follows = model.moves() && model.storage().mechanics == 0.0;
+        let follows = model.moves() && model.mass_weights().mechanics == 0.0;
         let stability = follows.then(|| Stability::new(model.mechanics())).transpose()?;
         let system = SteadyStateSystem {
             family,

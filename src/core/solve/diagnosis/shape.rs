@@ -179,14 +179,14 @@ pub fn blows_up(model: &Model, state: &State) -> bool {
         of(x) > (BLOWN_UP * BLOWN_UP) * of(sheet.rest())
     };
     model.moves()
-        && model.storage().mechanics > 0.0
+        && model.mass_weights().mechanics > 0.0
         && sheet.reduction().any(sheet.edges().iter().any(|edge| long(edge.vertices)))
 }
 
 /// The effect that stretches edges far beyond their optimal lengths where the shape moves under drag: beyond a limit load nothing bounds a motion without inertia.
 pub fn unbounded(workspace: &mut Workspace, state: &State) -> Result<Option<Diagnosis>> {
     let model = Arc::clone(&workspace.model);
-    if !model.moves() || model.storage().mechanics == 0.0 {
+    if !model.moves() || model.mass_weights().mechanics == 0.0 {
         return Ok(None);
     }
     let mut at = workspace.at(state);

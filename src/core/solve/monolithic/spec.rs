@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Monolithic;
 use crate::linear::LinearChoice;
-use crate::model::{Storage, Subsystem};
+use crate::model::{MassWeights, Subsystem};
 use crate::num::checked::Positive;
 use crate::ode::OdeMethod;
 use crate::solve::{Integrator, IntegratorSpec, Result, scaled};
@@ -93,7 +93,7 @@ impl IntegratorSpec for MonolithicSpec {
         Some(self.rtol.get())
     }
 
-    fn build(&self, _: Storage) -> Result<Box<dyn Integrator>> {
+    fn build(&self, _: MassWeights) -> Result<Box<dyn Integrator>> {
         let tolerance = (self.rtol.get(), self.atol.get());
         let step = self.step.map(Positive::get);
         let made = Monolithic::new(Subsystem::Whole, self.method.into(), tolerance, step);

@@ -32,13 +32,13 @@ const MAX_ITERATIONS: usize = 40;
 
 /// A step, or a time between breakpoints in which steps are made.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Span {
+pub struct Window {
     /// Where it begins: just after a breakpoint.
     pub start: f64,
     /// Where it ends: just before a breakpoint.
     pub end: f64,
     /// The time of the state at its end.
-    pub shown: f64,
+    pub shown_time: f64,
 }
 
 /// Unknowns at the stages of a step.
@@ -58,8 +58,8 @@ pub(super) struct StageSolver {
 
 impl StageSolver {
     /// Reports the step that is worked on.
-    pub(super) fn report(&self, what: &str, step: Span) {
-        self.control.report(|| format!("{what}, time {:.3e}", step.shown));
+    pub(super) fn report(&self, what: &str, step: Window) {
+        self.control.report(|| format!("{what}, time {:.3e}", step.shown_time));
     }
 
     pub(super) fn new(coupled: Coupled, control: &Control) -> Self {
@@ -159,7 +159,7 @@ impl StageSolver {
     /// The stages of a step from `before`, with the estimate of its error in tolerances.
     pub(super) fn step(
         &mut self,
-        span: Span,
+        span: Window,
         before: &[f64],
         tolerance: (f64, f64),
     ) -> Result<(Stages, f64)> {
@@ -200,7 +200,7 @@ impl StageSolver {
     /// μ of all stages, and what F is weighed by there.
     pub(super) fn transposed_step(
         &mut self,
-        span: Span,
+        span: Window,
         stages: &Stages,
         lambda: &[f64],
     ) -> Result<(Stages, Stages)> {
@@ -279,7 +279,7 @@ fn residual(jacobian: &Sparse, (mass, unit): (&[f64], f64), mu: &[f64], right: &
 }
 
 /// The time of a stage.
-pub(super) fn stage_time(span: Span, stage: usize) -> f64 {
+pub(super) fn stage_time(span: Window, stage: usize) -> f64 {
     span.start + ABSCISSA[stage] * (span.end - span.start)
 }
 

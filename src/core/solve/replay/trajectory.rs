@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::stages::{STAGES, Span, Stages, stage_time};
+use super::stages::{STAGES, Stages, Window, stage_time};
 use crate::model::{Coupled, Layout, Model, State, Subsystem};
 use crate::solve::Result;
 use crate::solve::continuation::{Unknowns, unflatten};
@@ -16,7 +16,7 @@ const MEMORY: usize = 4 << 30;
 /// The steps of a replay.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Schedule {
-    pub(super) steps: Vec<Span>,
+    pub(super) steps: Vec<Window>,
     /// How many steps lead to every time at which the state is asked for.
     pub(super) marks: Vec<usize>,
     /// The largest estimate of the error of a step, in tolerances.
@@ -69,7 +69,7 @@ impl Trajectory {
     }
 
     /// Accepts a step.
-    pub(super) fn take(&mut self, span: Span, stages: Stages, error: f64) -> Result<()> {
+    pub(super) fn take(&mut self, span: Window, stages: Stages, error: f64) -> Result<()> {
         let bytes = (self.stages.len() + 1) * 2 * STAGES * self.first.len() * size_of::<f64>();
         if bytes > MEMORY {
             return Err(not_differentiable(format!(
@@ -99,7 +99,9 @@ impl Trajectory {
         let state = |mark: &usize| {
             let (time, y) = match mark.checked_sub(1) {
                 None => (self.start.time, &self.first),
-                Some(last) => (self.schedule.steps[last].shown, &self.stages[last][STAGES - 1]),
+                Some(last) => {
+                    (self.schedule.steps[last].shown_time, &self.stages[last][STAGES - 1])
+                }
             };
             let mut state = self.state(model, time, y);
             state.step = u64::try_from(*mark).unwrap_or_default();

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::model::Storage;
+use crate::model::MassWeights;
 use crate::num::checked::Positive;
 use crate::solve::chemistry::{ChemistryMethod, ChemistrySteps, SteadyChemistry};
 use crate::solve::incremental_potential::{Motion, MotionMethod};
@@ -98,7 +98,7 @@ impl IntegratorSpec for StaggeredSpec {
         true
     }
 
-    fn supports_ranks(&self, policy: Storage) -> bool {
+    fn supports_ranks(&self, policy: MassWeights) -> bool {
         use ChemistryMethod as M;
         let explicit = matches!(self.chemistry.unwrap_or(self.usual()), M::Euler | M::Chebyshev);
         explicit && policy.chemistry > 0.0
@@ -127,7 +127,7 @@ impl IntegratorSpec for StaggeredSpec {
         euler.then(|| self.step.map_or(DEFAULT_STEP, Positive::get))
     }
 
-    fn build(&self, policy: Storage) -> Result<Box<dyn Integrator>> {
+    fn build(&self, policy: MassWeights) -> Result<Box<dyn Integrator>> {
         if policy.mechanics == 0.0 && self.shape.is_some() {
             return Err(SolveError::Pairing(
                 "under this policy the shape is in equilibrium at every time and does not move under \
@@ -207,7 +207,7 @@ pub(super) struct Staggered {
     /// Solves for the steady state of a chemistry without storage.
     pub(super) steady: SteadyChemistry,
     pub(super) internal: InternalSteps,
-    pub(super) policy: Storage,
+    pub(super) policy: MassWeights,
 }
 
 /// What a quasi-static shape keeps from step to step.

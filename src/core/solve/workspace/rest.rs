@@ -58,7 +58,7 @@ impl Workspace {
     ///
     /// # Errors
     /// If the model has no value there.
-    pub(in crate::solve) fn rest_nearby(
+    pub(crate) fn rest_nearby(
         &mut self,
         state: &mut State,
         mut guess: Option<Vec<Vec3>>,
