@@ -3,6 +3,7 @@
 //! Everything is done by the library; here its values become Python's. The engine works without the interpreter's
 //! lock, which is taken again for laws written in Python and, now and then, to ask for signals: a lock of the engine is
 //! therefore never waited for with the interpreter's lock held.
+#![cfg(feature = "module")]
 
 mod convert;
 mod course;

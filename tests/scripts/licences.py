@@ -37,16 +37,15 @@ def main():
     settings = tomllib.loads((ROOT / "deny.toml").read_text())["licenses"]
     exceptions = {one["crate"]: set(one["allow"]) for one in settings["exceptions"]}
     failures, seen = [], {}
-    for manifest in ("Cargo.toml", "python/Cargo.toml"):
-        for package in packages(ROOT / manifest):
-            name, source, licence = package["name"], package["source"], package["license"]
-            seen[name, package["version"]] = licence
-            if source not in (None, REGISTRY):
-                failures.append(f"{name} comes from {source}")
-            if source is None and package["publish"] == []:
-                continue
-            if not licence or not permitted(licence, set(settings["allow"]) | exceptions.get(name, set())):
-                failures.append(f"{name} {package['version']} has the licence {licence}, which deny.toml does not allow")
+    for package in packages(ROOT / "Cargo.toml"):
+        name, source, licence = package["name"], package["source"], package["license"]
+        seen[name, package["version"]] = licence
+        if source not in (None, REGISTRY):
+            failures.append(f"{name} comes from {source}")
+        if source is None and package["publish"] == []:
+            continue
+        if not licence or not permitted(licence, set(settings["allow"]) | exceptions.get(name, set())):
+            failures.append(f"{name} {package['version']} has the licence {licence}, which deny.toml does not allow")
     for name in exceptions.keys() - {name for name, _ in seen}:
         failures.append(f"deny.toml has an exception for {name}, which nothing depends on")
     print(f"{len(seen)} crates, {len(set(seen.values()))} licences, {len(failures)} failures")
