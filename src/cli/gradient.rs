@@ -123,8 +123,14 @@ fn print_table<'a>(
     evaluated: &Evaluated,
     rows: impl Iterator<Item = (&'a Parameter, &'a Vec<f64>)>,
 ) {
-    let (value, time) = (evaluated.value, evaluated.state().time);
-    say!("J = {} = {value:.9e} at t = {time}", args.measure.join(" + "));
+    let value = evaluated.value;
+    let times = match evaluated.course() {
+        Some(course) => course.times().collect(),
+        None => vec![evaluated.state().time],
+    };
+    let times: Vec<_> = times.iter().map(f64::to_string).collect();
+    let summed = if times.len() > 1 { ", summed" } else { "" };
+    say!("J = {} = {value:.9e} at t = {}{summed}", args.measure.join(" + "), times.join(", "));
     if let Some(course) = evaluated.course() {
         let run = course.of_run().map(|run| format!("; J of the run: {run:.9e}"));
         say!("replayed with {} steps{}", course.steps(), run.unwrap_or_default());

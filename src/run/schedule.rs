@@ -4,6 +4,9 @@ use crate::model::State;
 use crate::num::real;
 use crate::scene::Scene;
 
+/// Largest difference between a multiple and the end that is round-off, relative: of two numbers and a product.
+const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
+
 /// Which states are observed and which are frames.
 pub struct OutputSchedule {
     every: f64,
@@ -38,7 +41,13 @@ impl OutputSchedule {
 
     /// Whether an output time is reached at `time`.
     pub(super) fn is_due(&self, time: f64) -> bool {
-        time >= real(self.next) * self.every
+        time >= self.due()
+    }
+
+    /// The next output time: the end where a multiple differs from it by round-off, as 3 · 0.3 does from 0.9.
+    fn due(&self) -> f64 {
+        let multiple = real(self.next) * self.every;
+        if (multiple - self.until).abs() <= ROUND_OFF * self.until { self.until } else { multiple }
     }
 
     /// Whether the state of `step`, which is to be a frame if `wanted`, is one that has not been written.
@@ -64,6 +73,6 @@ impl OutputSchedule {
     /// The time at which a step has to end.
     #[must_use]
     pub fn target(&self) -> f64 {
-        (real(self.next) * self.every).min(self.until)
+        self.due().min(self.until)
     }
 }

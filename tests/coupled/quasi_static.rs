@@ -327,3 +327,99 @@ fn soft_sheets_come_to_rest_however_small_their_forces_are() {
         assert!((usual / tight - 1.0).abs() < 0.02, "{usual} {tight}");
     }
 }
+
+/// A strip that its pins pull longer by a quarter: U = 3.39, and what they do is nobody's drag.
+const PULLED: &str = r#"
+effect = [
+    { kind = "stretching", model = "stvk" },
+    { kind = "pin", where = { half-space = { point = [-1.999, 0, 0], normal = [-1, 0, 0] } }, axes = "x" },
+    { kind = "pin", where = { half-space = { point = [1.999, 0, 0], normal = [1, 0, 0] } }, axes = "x",
+      displacement = [1, 0, 0], ramp = { formula = "t" } },
+]
+sheet = { shape = "lattice", width = 4.0, height = 1.0, vertices = 300, planar = true }
+material = { young = 100.0, poisson = 0.0, thickness = 0.1 }
+time = { until = 1.0 }
+"#;
+
+/// A row of pins, or an obstacle, that moves within a step leaves its work to the sheet: none is lost to drag at rest.
+#[test]
+fn what_moves_the_sheet_is_not_drag() {
+    let pressed = r#"
+        effect = [
+            { kind = "stretching", model = "stvk" },
+            { kind = "bending", rest = "mesh" },
+            { kind = "pin", where = { half-space = { point = [0, 0, -0.8], normal = [0, 0, -1] } }, axes = "xyz" },
+            { kind = "obstacle", shape = { plane = { point = [0, 0, 1.05], normal = [0, 0, -1] } },
+              displacement = [0, 0, -0.1], ramp = { formula = "t" } },
+        ]
+        sheet = { shape = "sphere", radius = 1.0, vertices = 162 }
+        material = { young = 1e3, poisson = 0.3, thickness = 0.3 }
+        time = { until = 1.0 }
+    "#;
+    for scene in [PULLED, pressed] {
+        let (mut simulation, reports) = run(scene, &[]);
+        let mut start = prepare(scene, &[]).1;
+        start.prepare().unwrap();
+        let energy = energy(&mut simulation) - energy(&mut start);
+        let (supplied, dissipated) = reports
+            .iter()
+            .fold([0.0; 2], |[s, d], report| {
+                [s + report.relaxation.supplied, d + report.relaxation.dissipated]
+            })
+            .into();
+        assert!(dissipated.abs() < 1e-2 * energy, "{dissipated} of {energy}");
+        assert!((supplied - dissipated - energy).abs() < 1e-6 * energy, "{supplied}, {energy}");
+        assert!(reports.last().is_some_and(|report| !report.relaxation.moving), "{scene}");
+    }
+}
+
+/// A volume that grows steadily is followed in few steps: the shape that growth alone would like is no start, since it does not
+/// meet the constraint.
+#[test]
+fn an_exact_volume_that_grows_is_followed() {
+    let blown = r#"
+        effect = [
+            { kind = "stretching", model = "stvk" },
+            { kind = "volume", exact = true, target = { share = 1.0 }, ramp = { formula = "1 + 0.3*t" } },
+        ]
+        sheet = { shape = "sphere", radius = 1.0, vertices = 642 }
+        material = { young = 1e3, poisson = 0.3, thickness = 0.05 }
+        time = { until = 1.0 }
+    "#;
+    let (simulation, reports) = run(blown, &[]);
+    assert!(reports.len() < 20, "{} steps", reports.len());
+    let radius = simulation.state().x.iter().map(|x| x.norm()).sum::<f64>() / 642.0;
+    assert!((radius / 1.3f64.cbrt() - 1.0).abs() < 2e-3, "{radius}");
+}
+
+/// Where an unstable column has been left and no equilibrium is near, the run says that it moves: a shape that is displaced along
+/// the unstable mode is no result.
+#[test]
+fn a_shape_that_has_left_its_saddle_is_at_rest_or_under_way() {
+    let column = r#"
+        effect = [
+            { kind = "stretching", model = "stvk", modulus = "plate" },
+            { kind = "bending", curvature = "1e-9*x" },
+            { kind = "pin", where = { half-space = { point = [-4.999, 0, 0], normal = [-1, 0, 0] } }, axes = "xz" },
+            { kind = "pin", where = { half-space = { point = [4.999, 0, 0], normal = [1, 0, 0] } }, axes = "z" },
+            { kind = "load", where = { half-space = { point = [4.999, 0, 0], normal = [1, 0, 0] } },
+              force = { total = [-0.02, 0, 0] }, ramp = { formula = "t" } },
+        ]
+        sheet = { shape = "lattice", width = 10.0, height = 1.0, vertices = 300 }
+        material = { young = 1e3, poisson = 0.0, thickness = 0.1 }
+        time = { until = 0.42 }
+    "#;
+    let (scene, mut simulation) = prepare(column, &[]);
+    simulation.prepare().unwrap();
+    let mut left = false;
+    for k in 1..=8 {
+        let until = 0.42 * f64::from(k) / 8.0;
+        while simulation.state().time < until {
+            let report = simulation.step(until.min(scene.time.span.until.get())).unwrap();
+            let at_rest = report.relaxation.residual <= simulation.force_tolerance();
+            assert!(at_rest || report.relaxation.moving, "{report:?}");
+            left |= report.relaxation.moving;
+        }
+    }
+    assert!(left, "the column never left its saddle");
+}

@@ -77,3 +77,18 @@ fn many_outputs_are_met_exactly() {
         assert!(steps < 4500 && found < error, "{integrator}: {steps} steps, {found}");
     }
 }
+
+/// 3 · 0.3 is not 0.9 in floating-point numbers: there is one frame at the end, and no step of round-off before it.
+#[test]
+fn multiples_that_meet_the_end_up_to_round_off_are_the_end() {
+    let folder = folder(SHEET);
+    for (every, until) in [("0.3", "0.9"), ("0.7", "2.1"), ("0.1", "0.3"), ("0.1", "0.7")] {
+        let keys = [format!("output.every={every}"), format!("time.until={until}")];
+        let keys = keys.iter().flat_map(|key| ["--set", key]);
+        let args = ["run", "scene.toml", "--out", "out", "--force", "--quiet"];
+        passes_with(folder.path(), &args.into_iter().chain(keys).collect::<Vec<_>>());
+        let frames = std::fs::read_dir(folder.path().join("out/frames")).unwrap().count();
+        let [every, until]: [f64; 2] = [every, until].map(|number| number.parse().unwrap());
+        assert_eq!(frames, rumple::num::whole((until / every).round()) + 1, "{every}, {until}");
+    }
+}

@@ -37,7 +37,8 @@ pub struct Exchange {
     pub rate: Field<NonNegative>,
     /// c_ref: the concentration of the surroundings, amount per area.
     pub reference: Field,
-    /// What the flux is counted per; length where the whole region is at the boundary, or else area.
+    /// What the flux is counted per; length where the whole region is at the boundary, or else area. Required
+    /// where a part of space has boundary vertices alone: on a finer mesh it would have others.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub per: Option<FluxPer>,
 }

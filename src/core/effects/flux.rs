@@ -34,7 +34,8 @@ pub struct Flux {
     pub region: Region,
     /// q: amount per time and area or length; negative where it flows out.
     pub value: Field,
-    /// What q is counted per; length where the whole region is at the boundary, or else area.
+    /// What q is counted per; length where the whole region is at the boundary, or else area. Required
+    /// where a part of space has boundary vertices alone: on a finer mesh it would have others.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub per: Option<FluxPer>,
 }

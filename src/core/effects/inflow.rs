@@ -231,6 +231,16 @@ fn facets(
     let chosen = through.region.choose(sheet, effect)?;
     let rim = chosen.iter().zip(sheet.boundary()).all(|(chosen, rim)| *rim || !chosen);
     let rim = sheet.reduction().all(rim);
+    // On a finer mesh the same part of space has triangles.
+    if rim && through.per.is_none() && !through.region.names_vertices() {
+        return Err(EffectError {
+            key: "where",
+            message: format!(
+                "all vertices of this mesh in the region of this {effect} are at the boundary, and others may not be"
+            ),
+            help: Some("per = \"length\" for the boundary there, or per = \"area\"".into()),
+        });
+    }
     let per = through.per.unwrap_or(if rim { FluxPer::Length } else { FluxPer::Area });
     let inside = |v: &u32| chosen[*v as usize];
     let (facets, message, help): (Vec<_>, _, _) = match per {

@@ -102,6 +102,20 @@ impl Region {
         }
     }
 
+    /// Whether its vertices are named, rather than those that a mesh happens to have in a part of space.
+    pub(super) fn names_vertices(&self) -> bool {
+        match self {
+            Self::Cuboid { .. }
+            | Self::Ball { .. }
+            | Self::HalfSpace { .. }
+            | Self::Ring { .. } => false,
+            Self::AllOf(all) => all.iter().any(Self::names_vertices),
+            Self::AnyOf(all) => all.iter().all(Self::names_vertices),
+            Self::Not(other) => other.names_vertices(),
+            _ => true,
+        }
+    }
+
     /// Name and range of the array of the mesh file by which it is given.
     fn array(&self) -> Option<(&str, [f64; 2])> {
         match self {

@@ -218,6 +218,36 @@ impl Workspace {
         model.tally().uncounted(|| Ok(self.at(state).potential()?.energy(&state.x)))
     }
 
+    /// Energies of the effects in `state`.
+    ///
+    /// # Errors
+    /// If the model has no value there.
+    pub(super) fn energies(&mut self, state: &State) -> Result<Vec<f64>> {
+        let model = Arc::clone(&self.model);
+        model.tally().uncounted(|| Ok(self.at(state).potential()?.energies(&state.x)))
+    }
+
+    /// Work on the prescribed pins of `state` on their way to `x`, by the forces at its beginning.
+    ///
+    /// # Errors
+    /// If the model has no value there.
+    pub(super) fn work_of_pins(&mut self, state: &State, x: &[Vec3]) -> Result<f64> {
+        let model = Arc::clone(&self.model);
+        let mechanics = model.mechanics();
+        if !mechanics.has_prescribed() {
+            return Ok(0.0);
+        }
+        let moved = |i: usize| {
+            let pins = mechanics.pins()[i];
+            Vec3::from_fn(|a, _| if pins[a] { x[i][a] - state.x[i][a] } else { 0.0 })
+        };
+        let moved: Vec<Vec3> = (0..x.len()).map(moved).collect();
+        let forces = model
+            .tally()
+            .uncounted(|| -> Result<_> { Ok(self.at(state).potential()?.forces(&state.x)) })?;
+        Ok(-self.reduction().dot(&forces, &moved))
+    }
+
     /// The vertex that is furthest from where it was, and how far.
     pub(super) fn farthest(&self, from: &[Vec3], to: &[Vec3]) -> (usize, f64) {
         let moved = |i: usize| (to[i] - from[i]).norm_squared();

@@ -32,6 +32,11 @@ impl Course {
         &self.states[self.states.len() - 1]
     }
 
+    /// The times at which J is measured.
+    pub fn times(&self) -> impl Iterator<Item = f64> {
+        self.states.iter().map(|state| state.time)
+    }
+
     /// Number of steps of the replay.
     #[must_use]
     pub fn steps(&self) -> usize {

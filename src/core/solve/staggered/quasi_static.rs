@@ -27,7 +27,10 @@
 //! References: Agostiniani & Rossi, J. Differential Equations 263 (2017) (the limit of vanishing drag); Scilla &
 //! Solombrino, arXiv:1712.06182 (minimising movements with a drag that vanishes).
 
+use std::sync::Arc;
+
 use super::spec::{Snap, Stabilised, Staggered};
+use crate::effects::EnergyTerm;
 use crate::model::State;
 use crate::sheet::is_turned;
 use crate::solve::equilibrium::Relaxation;
@@ -56,6 +59,8 @@ const DRAG_FACTORS: (f64, f64) = (0.1, 2.0);
 const SNAP_RATIO: f64 = 2.0;
 /// On a smooth path the energy rises at the old conditions by at least this share of what it drops by at the new ones.
 const SMOOTH_SHARE: f64 = 0.5;
+/// The part of a step over which the energy of an obstacle is differenced.
+const SHORT_WAY: f64 = 1e-3;
 /// Work of the drag below this share of the energy is round-off.
 const ROUND_OFF: f64 = 1e-9;
 
@@ -146,7 +151,11 @@ impl Staggered {
         self.stabilised.unchecked += done.iterations.max(LEAST_ITERATIONS);
         if self.stabilised.rests() && self.stabilised.unchecked >= CHECK_INTERVAL {
             self.stabilised.unchecked = 0;
-            workspace.leave_saddle(next, done)?;
+            let left = workspace.leave_saddle(next, done)?;
+            // Displaced along the unstable mode, with no equilibrium near: a snap begins.
+            if left && workspace.reported_residual(next)? > workspace.force_tolerance() {
+                self.stabilised.set_off();
+            }
             let left = workspace.energy(next)?;
             done.dissipated += after - left;
             after = left;
@@ -214,25 +223,48 @@ impl Staggered {
 /// than the old one before the step, or less,
 ///
 /// ```text
-/// drop = U(x_n; q_n+1) - U(x_n+1; q_n+1)        rise = U(x_n+1; q_n) - U(x_n; q_n)        lost ≈ ½ (drop - rise)
+/// drop = U(x_n; q_n+1) - U(x_n+1; q_n+1) + f_n+1·(p_n+1 - p_n)
+/// rise = U(x_n+1; q_n) - U(x_n; q_n)     - f_n·(p_n+1 - p_n)          lost ≈ ½ (drop - rise)
 /// ```
 ///
-/// by the trapezoidal rule for the energy supplied. On a smooth path of equilibria the two are the same to third order in
-/// the step, and nothing is lost.
+/// by the trapezoidal rule for the energy supplied, with the forces f on pins and obstacles that move from p_n to p_n+1: these
+/// are not displaced without the sheet. On a smooth path of equilibria the two are the same to third order in the step, and
+/// nothing is lost.
 fn lost_in_snap(
     workspace: &mut Workspace,
     (state, before): (&State, f64),
     (next, after): (&State, f64),
 ) -> Result<f64> {
-    let rise = workspace.energy(&with_shape(workspace, state, next))? - before;
-    let drop = workspace.energy(&with_shape(workspace, next, state))? - after;
+    let ([forth, work_forth], [back, work_back]) =
+        (supplied_towards(workspace, state, next)?, supplied_towards(workspace, next, state)?);
+    let (drop, rise) = (before - after + forth - work_back, after - before + back - work_forth);
     let snaps = rise.is_finite() && drop.is_finite() && rise < SMOOTH_SHARE * drop;
     Ok(if snaps { 0.5 * (drop - rise) } else { 0.0 })
 }
 
+/// The energy supplied to the shape of `state` on the way to the conditions of `other`, and f·(p' - p).
+fn supplied_towards(workspace: &mut Workspace, state: &State, other: &State) -> Result<[f64; 2]> {
+    let at = workspace.energies(state)?;
+    let moved = workspace.energies(&with_shape(other, state))?;
+    let mut all = [0.0, workspace.work_of_pins(state, &other.x)?];
+    let model = Arc::clone(&workspace.model);
+    let terms = model.mechanics().terms();
+    let moves = |term: &EnergyTerm| term.reads().time && term.interaction().touches;
+    let mut near = None;
+    if terms.iter().any(moves) {
+        let time = state.time + SHORT_WAY * (other.time - state.time);
+        near = Some(workspace.energies(&State { time, ..state.clone() })?);
+    }
+    for (k, term) in terms.iter().enumerate() {
+        match &near {
+            Some(near) if moves(term) => all[1] += (near[k] - at[k]) / SHORT_WAY,
+            _ => all[0] += moved[k] - at[k],
+        }
+    }
+    Ok(all)
+}
+
 /// The conditions of one state with the shape of another.
-fn with_shape(workspace: &Workspace, conditions: &State, shape: &State) -> State {
-    let mut mixed = State { x: shape.x.clone(), ..conditions.clone() };
-    workspace.model.mechanics().set_prescribed(mixed.time, &mut mixed.x);
-    mixed
+fn with_shape(conditions: &State, shape: &State) -> State {
+    State { x: shape.x.clone(), ..conditions.clone() }
 }

@@ -271,8 +271,8 @@ fn start_from(
         }
     }
     let mut guesses = Vec::from_iter(guess);
-    // One relaxation a step is to be that of the paper.
-    if nearby || potential.anchor().is_some() {
+    // One relaxation a step is to be that of the paper. What a constraint holds has more energy than what does not meet it.
+    if (nearby || potential.anchor().is_some()) && !potential.mechanics().is_constrained() {
         guesses.extend(scaled(potential, x));
     }
     if guesses.is_empty() {
