@@ -99,6 +99,7 @@ impl Objective {
     /// or the sum over `times`.
     #[new]
     #[pyo3(signature = (scene, measure, parameters = Vec::new(), fields = Vec::new(), *, at_start = false, in_time = false, times = Vec::new(), law = None, plugins = None))]
+    #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,
         scene: SceneOrFile<'_>,

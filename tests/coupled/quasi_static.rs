@@ -328,7 +328,7 @@ fn soft_sheets_come_to_rest_however_small_their_forces_are() {
     }
 }
 
-/// A strip that its pins pull longer by a quarter: U = 3.39, and what they do is nobody's drag.
+/// A strip that its pins pull longer by a quarter: U = 3.39.
 const PULLED: &str = r#"
 effect = [
     { kind = "stretching", model = "stvk" },
@@ -373,8 +373,8 @@ fn what_moves_the_sheet_is_not_drag() {
     }
 }
 
-/// A volume that grows steadily is followed in few steps: the shape that growth alone would like is no start, since it does not
-/// meet the constraint.
+/// A volume that grows steadily is followed in few steps: a sheet scaled to its optimal lengths does not meet the constraint, and
+/// is not a guess.
 #[test]
 fn an_exact_volume_that_grows_is_followed() {
     let blown = r#"
@@ -392,8 +392,7 @@ fn an_exact_volume_that_grows_is_followed() {
     assert!((radius / 1.3f64.cbrt() - 1.0).abs() < 2e-3, "{radius}");
 }
 
-/// Where an unstable column has been left and no equilibrium is near, the run says that it moves: a shape that is displaced along
-/// the unstable mode is no result.
+/// A column that has left its saddle is at rest, or under way: not displaced along the unstable mode and counted as at rest.
 #[test]
 fn a_shape_that_has_left_its_saddle_is_at_rest_or_under_way() {
     let column = r#"

@@ -94,3 +94,19 @@ fn what_has_no_gradient_is_refused_with_its_place() {
         assert!(said.contains(expected), "{words:?}: {said}");
     }
 }
+
+/// A point has no area to integrate over.
+#[test]
+fn a_point_has_no_gradient() {
+    let point = "sheet.shape = \"point\"\n[kinetics]\nrates.c = \"-k*c\"\nparameters.k = 1.0\ninitial.c = 1.0\n\
+                 [time]\nuntil = 1.0\n";
+    let folder = folder(point);
+    let words =
+        ["gradient", "scene.toml", "--measure", "mean(c)", "--with", "kinetics.parameters.k"];
+    for more in [&[][..], &["--in-time"]] {
+        let done = rumple(folder.path(), &[&words[..], more].concat());
+        let said = text(&done.stderr);
+        assert_eq!(done.status.code(), Some(2), "{said}");
+        assert!(said.contains("a point has no area") && said.contains("disc"), "{said}");
+    }
+}

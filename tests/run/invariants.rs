@@ -261,6 +261,29 @@ fn the_works_of_ramps_moved_pins_and_constraints_are_in_the_balance() {
     }
 }
 
+/// An obstacle that moves by many times its reach within a step does the work of its force on the sheet.
+#[test]
+fn the_work_of_an_obstacle_that_moves_is_in_the_balance() {
+    let pressed = r#"
+        effect = [
+            { kind = "stretching", model = "stvk" },
+            { kind = "bending", rest = "mesh" },
+            { kind = "pin", where = "rim", axes = "xyz" },
+            { kind = "obstacle", shape = { plane = { point = [0, 0, 1.1], normal = [0, 0, -1] } },
+              displacement = [0, 0, -0.4], ramp = { formula = "t" } },
+        ]
+        sheet = { shape = "cap", radius = 2.0, height = 0.9, vertices = 250 }
+        material = { young = 1e3, poisson = 0.3, thickness = 0.1, drag = 2.0 }
+        time = { until = 1.0, integrator = { kind = "staggered", rtol = 1e-3, atol = 1e-3 } }
+    "#;
+    for policy in ["quasi-static", "simultaneous"] {
+        let ledger = kept(pressed, "energy = true", &[&format!("time.policy={policy:?}")]);
+        let done = ledger.largest("work of loads [energy]");
+        let left = ledger.largest("energy imbalance [energy]");
+        assert!(done > 0.1 && left < 5e-2 * done, "{policy}: {done} {left}");
+    }
+}
+
 /// Beyond the limit the run ends at the state before, and says which law.
 #[test]
 fn a_crude_integrator_that_breaks_the_balance_of_the_energy_ends_the_run() {

@@ -309,3 +309,30 @@ fn stabilisation_under_another_policy_is_noted() {
         "{notes}"
     );
 }
+
+/// What an inflow is counted per depends on the mesh where a part of space is thin, and is said; it is settled by its key.
+#[test]
+fn inflow_says_what_it_is_counted_per_where_the_mesh_decides() {
+    let scene = |place: &str| {
+        format!(
+            "sheet = {{ shape = \"rectangle\", width = 4.0, height = 2.0, vertices = 600 }}\n\
+             [[effect]]\nkind = \"flux\"\nspecies = \"c\"\nvalue = 1.0\n{place}\n\
+             [kinetics]\nrates.c = \"0\"\ninitial.c = 0.0\n[time]\nuntil = 1.0\n"
+        )
+    };
+    let notes =
+        |place: &str, keys: &[&str]| crate::common::prepare(&scene(place), keys).1.notes().concat();
+    let strip = "where = { box = { min = [-2, -1, 0], max = [-1.9, 1, 0] } }";
+    let said = notes(strip, &[]);
+    assert!(said.contains("per length") && said.contains("may be per area"), "{said}");
+    let said = notes(strip, &["sheet.vertices=2400"]);
+    assert!(said.contains("per area") && said.contains("may be per length"), "{said}");
+    for settled in [
+        &format!("{strip}\nper = \"length\""),
+        "where = \"rim\"",
+        "where = { half-space = { point = [0, 0, 0], normal = [1, 0, 0] } }",
+        "where = { ball = { centre = [0, 0, 0], radius = 0.5 } }",
+    ] {
+        assert_eq!(notes(settled, &[]), "", "{settled}");
+    }
+}

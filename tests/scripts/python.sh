@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The Python module: format, the wheel (into target/wheels), and its tests in a clean environment without Rust.
+# The Python module: lints, the wheel (into target/wheels), and its tests in a clean environment without Rust.
 # usage: python.sh; left out where its packages cannot be installed
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -42,5 +42,6 @@ missing=$(comm -23 <(git ls-files src 'docs/book/*.md' | sort) \
 [[ -z $missing ]] || { echo "not in the source distribution: $missing"; exit 1; }
 python/plugins.sh
 "$build/bin/maturin" build --release --locked --quiet --manifest-path python/Cargo.toml --out target/wheels
+cargo clippy --release --quiet --package rumple-python --features module -- -D warnings
 "$clean/bin/pip" install --quiet --disable-pip-version-check --no-deps target/wheels/rumple-*.whl
 env --default-signal=INT PATH=/usr/bin:/bin RUMPLE="${RUMPLE:-$target/release/rumple}" "$clean/bin/pytest" -q python/tests

@@ -16,9 +16,12 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::field::named;
-use super::inflow::{FluxPer, FluxSource, Inflow, InflowDensity};
+use super::inflow::{FluxPer, FluxSource, Inflow, InflowDensity, note_on_unit};
 use super::timed_field::{self, TimedField};
-use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Needs, Region, TransportTerm};
+use super::{
+    Effect, EffectContext, EffectError, EffectSpec, Field, Needs, Region, SceneSummary,
+    TransportTerm,
+};
 use crate::kinetics::Location;
 use crate::kinetics::breakpoints::TimeDependence;
 use crate::num::checked::{Finite, NonNegative};
@@ -37,8 +40,7 @@ pub struct Exchange {
     pub rate: Field<NonNegative>,
     /// c_ref: the concentration of the surroundings, amount per area.
     pub reference: Field,
-    /// What the flux is counted per; length where the whole region is at the boundary, or else area. Required
-    /// where a part of space has boundary vertices alone: on a finer mesh it would have others.
+    /// What the flux is counted per; length where the whole region is at the boundary, or else area.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub per: Option<FluxPer>,
 }
@@ -95,6 +97,10 @@ impl EffectSpec for Exchange {
             term("reference", InflowDensity::Flux(rate), supply)?,
         ];
         Ok(Effect { transports, ..Effect::default() })
+    }
+
+    fn notes(&self, context: &EffectContext<'_>, _: &SceneSummary<'_>) -> Vec<String> {
+        note_on_unit(&self.region, self.per, context.sheet).into_iter().collect()
     }
 
     fn time_dependence(&self, sheet: &Sheet, until: f64) -> TimeDependence {

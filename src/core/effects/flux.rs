@@ -16,9 +16,12 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::field::named;
-use super::inflow::{FluxPer, FluxSource, Inflow, InflowDensity};
+use super::inflow::{FluxPer, FluxSource, Inflow, InflowDensity, note_on_unit};
 use super::timed_field::{self, TimedField};
-use super::{Effect, EffectContext, EffectError, EffectSpec, Field, Needs, Region, TransportTerm};
+use super::{
+    Effect, EffectContext, EffectError, EffectSpec, Field, Needs, Region, SceneSummary,
+    TransportTerm,
+};
 use crate::kinetics::Location;
 use crate::kinetics::breakpoints::TimeDependence;
 use crate::sheet::Sheet;
@@ -34,8 +37,7 @@ pub struct Flux {
     pub region: Region,
     /// q: amount per time and area or length; negative where it flows out.
     pub value: Field,
-    /// What q is counted per; length where the whole region is at the boundary, or else area. Required
-    /// where a part of space has boundary vertices alone: on a finer mesh it would have others.
+    /// What q is counted per; length where the whole region is at the boundary, or else area.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub per: Option<FluxPer>,
 }
@@ -69,6 +71,10 @@ impl EffectSpec for Flux {
         let through = FluxSource { region: &self.region, per: self.per, density };
         let inflow = Inflow::new(("flux", "value"), context, place, through)?;
         Ok(Effect::transport_term(TransportTerm::new(inflow).with_factor(factor)))
+    }
+
+    fn notes(&self, context: &EffectContext<'_>, _: &SceneSummary<'_>) -> Vec<String> {
+        note_on_unit(&self.region, self.per, context.sheet).into_iter().collect()
     }
 
     fn time_dependence(&self, sheet: &Sheet, until: f64) -> TimeDependence {

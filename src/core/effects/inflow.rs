@@ -222,6 +222,33 @@ impl Inflow {
     }
 }
 
+/// A note on an inflow through `region` that leaves `per` out, where another mesh may have another one.
+pub(super) fn note_on_unit(region: &Region, per: Option<FluxPer>, sheet: &Sheet) -> Option<String> {
+    if per.is_some() || region.names_vertices() {
+        return None;
+    }
+    let chosen = region.choose(sheet, "inflow").ok()?;
+    let inside = |corners: &&[u32; 3]| corners.iter().all(|v| chosen[*v as usize]);
+    let at_rim = |corners: &[u32; 3]| corners.iter().any(|v| sheet.boundary()[*v as usize]);
+    let (is, other, of) = match at_boundary(sheet, &chosen) {
+        true => ("length", "area", "all vertices of this mesh in its region are"),
+        // A strip that a coarser mesh has no triangles in.
+        false if sheet.triangles().iter().filter(inside).all(at_rim) => {
+            ("area", "length", "not all vertices of this mesh in its region are")
+        }
+        false => return None,
+    };
+    Some(format!(
+        "it is counted per {is}, since {of} at the boundary; on another mesh it may be per {other}: `per` settles it"
+    ))
+}
+
+/// Whether all chosen vertices are at the boundary.
+fn at_boundary(sheet: &Sheet, chosen: &[bool]) -> bool {
+    let rim = chosen.iter().zip(sheet.boundary()).all(|(chosen, rim)| *rim || !chosen);
+    sheet.reduction().all(rim)
+}
+
 /// The triangles or boundary edges of the region, each with the number of its triangle.
 fn facets(
     sheet: &Sheet,
@@ -229,18 +256,7 @@ fn facets(
     effect: &str,
 ) -> Result<Vec<(Facet, usize)>, EffectError> {
     let chosen = through.region.choose(sheet, effect)?;
-    let rim = chosen.iter().zip(sheet.boundary()).all(|(chosen, rim)| *rim || !chosen);
-    let rim = sheet.reduction().all(rim);
-    // On a finer mesh the same part of space has triangles.
-    if rim && through.per.is_none() && !through.region.names_vertices() {
-        return Err(EffectError {
-            key: "where",
-            message: format!(
-                "all vertices of this mesh in the region of this {effect} are at the boundary, and others may not be"
-            ),
-            help: Some("per = \"length\" for the boundary there, or per = \"area\"".into()),
-        });
-    }
+    let rim = at_boundary(sheet, &chosen);
     let per = through.per.unwrap_or(if rim { FluxPer::Length } else { FluxPer::Area });
     let inside = |v: &u32| chosen[*v as usize];
     let (facets, message, help): (Vec<_>, _, _) = match per {

@@ -13,6 +13,7 @@ use super::rejections::{Cause, Rejection, Rejections};
 use super::stability::Stability;
 use super::{Result, SolveError};
 use crate::Vec3;
+use crate::effects::EnergyTerm;
 use crate::model::{Evaluation, EvaluationBuffers, Model, Potential, Stabilisation, State};
 use crate::ode::Rejected;
 use crate::record::{Malformed, Record};
@@ -21,6 +22,9 @@ use crate::solve::Control;
 
 pub(super) use minimisation::{Bound, Minimisation, RampConditions};
 pub(super) use rest::DISTANCE_TOLERANCE;
+
+/// The part of the way of an obstacle over which its energy is differenced.
+const SHORT_WAY: f64 = 1e-3;
 
 /// Factors by which a force tolerance is tightened at once.
 const TIGHTENING: (f64, f64) = (1e-2, 0.3);
@@ -246,6 +250,24 @@ impl Workspace {
             .tally()
             .uncounted(|| -> Result<_> { Ok(self.at(state).potential()?.forces(&state.x)) })?;
         Ok(-self.reduction().dot(&forces, &moved))
+    }
+
+    /// What every obstacle that moves does on its way from where it is in `state` to where it is at `time`, at the rate of the
+    /// beginning: it has gone nowhere without the sheet. None for other effects.
+    ///
+    /// # Errors
+    /// If the model has no value there.
+    pub fn work_of_obstacles(&mut self, state: &State, time: f64) -> Result<Vec<Option<f64>>> {
+        let model = Arc::clone(&self.model);
+        let terms = model.mechanics().terms();
+        let moves = |term: &EnergyTerm| term.reads().time && term.interaction().touches;
+        if !terms.iter().any(moves) {
+            return Ok(vec![None; terms.len()]);
+        }
+        let near = State { time: state.time + SHORT_WAY * (time - state.time), ..state.clone() };
+        let (at, near) = (self.energies(state)?, self.energies(&near)?);
+        let work = |(k, term)| moves(term).then(|| (near[k] - at[k]) / SHORT_WAY);
+        Ok(terms.iter().enumerate().map(work).collect())
     }
 
     /// The vertex that is furthest from where it was, and how far.

@@ -12,7 +12,7 @@
 //! drag          (x_1 - x_0)·γ(½(x_0 + x_1)) (x_1 - x_0)/Δt
 //! growth        ½ Σ_l [U(x_0; l) + U(x_1; l)]  from l_0 to l_1, of effects that do not change with time themselves
 //! species       the same of those among them that read species: what the chemistry does on the sheet
-//! loads         the same of effects that do: ramps
+//! loads         the same of effects that do: ramps; of obstacles that move ½ (∂U_0/∂t + ∂U_1/∂t) Δt, each without the other shape
 //! pins          ½ (∂U_0 + ∂U_1)·(x_1 - x_0) along the directions that are moved
 //! constraints   ½ (λ_0 + λ_1) (g(x_1) - g(x_0)),  g as the mean of both conditions
 //! ```
@@ -81,12 +81,6 @@ impl AtConditions {
         let constraints = shapes.map(|x| potential.constraint_values(x));
         Ok(Self { energies, gradient, multipliers, constraints })
     }
-
-    /// Fall of the energy from the first shape to the second.
-    fn fall(&self) -> f64 {
-        let [first, second] = &self.energies;
-        first.iter().zip(second).map(|(a, b)| a - b).sum()
-    }
 }
 
 /// Sum of the magnitudes of energies.
@@ -123,6 +117,8 @@ impl EnergyBalance {
         let shapes = [before.x.as_slice(), after.x.as_slice()];
         let first = AtConditions::new(step.workspace.at(before), shapes, self.0[PINS])?;
         let last = AtConditions::new(step.workspace.at(after), shapes, self.0[PINS])?;
+        let forth = step.workspace.work_of_obstacles(before, after.time)?;
+        let back = step.workspace.work_of_obstacles(after, before.time)?;
         let model = &step.workspace.model;
         let mut works = [0.0; WORKS.len()];
         for (k, term) in model.mechanics().terms().iter().enumerate() {
@@ -132,7 +128,11 @@ impl EnergyBalance {
                 (false, true) => GROWTH,
                 (false, false) => SPECIES,
             };
-            works[which] += 0.5 * (change(0) + change(1));
+            let [begin, end] = match (forth[k], back[k]) {
+                (Some(forth), Some(back)) => [forth, -back],
+                _ => [change(0), change(1)],
+            };
+            works[which] += 0.5 * (begin + end);
         }
         works[DRAG] = match self.0[DRAG] {
             true => against_drag(model, before, after),
@@ -150,8 +150,10 @@ impl EnergyBalance {
             works[CONSTRAINTS] +=
                 0.25 * (a + b) * (change(&first.constraints) + change(&last.constraints));
         }
-        let largest = magnitude(&first.energies[0]).max(magnitude(&last.energies[1]));
-        Ok((works, 0.5 * (first.fall() + last.fall()), largest))
+        let [begin, end] = [&first.energies[0], &last.energies[1]];
+        let fall: f64 = begin.iter().zip(end).map(|(begin, end)| begin - end).sum();
+        let fall = fall + works[GROWTH] + works[SPECIES] + works[LOADS];
+        Ok((works, fall, magnitude(begin).max(magnitude(end))))
     }
 
     /// The listed ones of `works`.

@@ -262,6 +262,11 @@ impl Objective {
 
 /// Refuses scenes that are not covered.
 fn check(scene: &Scene, simulation: &Simulation, place: &Place) -> Result<()> {
+    if simulation.sheet().triangles().is_empty() {
+        let message = "measures are integrals over a sheet, and a point has no area";
+        let help = "a sheet of one species that does not diffuse: shape = \"disc\", vertices = 10";
+        return Err(scene.error_at("sheet.shape", message, Some(help)).into());
+    }
     if !simulation.sheet().reduction().periods().is_empty() {
         let message = "gradients of periodic sheets are not covered";
         return Err(scene.error_at("sheet.periodic", message, None).into());

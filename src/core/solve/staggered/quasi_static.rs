@@ -27,10 +27,7 @@
 //! References: Agostiniani & Rossi, J. Differential Equations 263 (2017) (the limit of vanishing drag); Scilla &
 //! Solombrino, arXiv:1712.06182 (minimising movements with a drag that vanishes).
 
-use std::sync::Arc;
-
 use super::spec::{Snap, Stabilised, Staggered};
-use crate::effects::EnergyTerm;
 use crate::model::State;
 use crate::sheet::is_turned;
 use crate::solve::equilibrium::Relaxation;
@@ -59,8 +56,6 @@ const DRAG_FACTORS: (f64, f64) = (0.1, 2.0);
 const SNAP_RATIO: f64 = 2.0;
 /// On a smooth path the energy rises at the old conditions by at least this share of what it drops by at the new ones.
 const SMOOTH_SHARE: f64 = 0.5;
-/// The part of a step over which the energy of an obstacle is differenced.
-const SHORT_WAY: f64 = 1e-3;
 /// Work of the drag below this share of the energy is round-off.
 const ROUND_OFF: f64 = 1e-9;
 
@@ -247,18 +242,10 @@ fn supplied_towards(workspace: &mut Workspace, state: &State, other: &State) -> 
     let at = workspace.energies(state)?;
     let moved = workspace.energies(&with_shape(other, state))?;
     let mut all = [0.0, workspace.work_of_pins(state, &other.x)?];
-    let model = Arc::clone(&workspace.model);
-    let terms = model.mechanics().terms();
-    let moves = |term: &EnergyTerm| term.reads().time && term.interaction().touches;
-    let mut near = None;
-    if terms.iter().any(moves) {
-        let time = state.time + SHORT_WAY * (other.time - state.time);
-        near = Some(workspace.energies(&State { time, ..state.clone() })?);
-    }
-    for (k, term) in terms.iter().enumerate() {
-        match &near {
-            Some(near) if moves(term) => all[1] += (near[k] - at[k]) / SHORT_WAY,
-            _ => all[0] += moved[k] - at[k],
+    for (k, obstacle) in workspace.work_of_obstacles(state, other.time)?.into_iter().enumerate() {
+        match obstacle {
+            Some(work) => all[1] += work,
+            None => all[0] += moved[k] - at[k],
         }
     }
     Ok(all)
