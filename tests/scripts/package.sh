@@ -218,7 +218,7 @@ CARGO_TARGET_DIR=$here/own/target cargo build --offline --release --quiet --mani
 "$here/archive/$name/bin/rumple" plugin validate "$here/own/target/release/libown_growth.so" >/dev/null
 
 # What a registry would be given; only what is committed is complete there.
-cargo package --offline --workspace --exclude rumple-tests --exclude rumple-tests-dense --no-verify --allow-dirty --quiet --target-dir "$here/crates"
+cargo package --offline --workspace --exclude rumple-python --exclude rumple-tests --exclude rumple-tests-dense --no-verify --allow-dirty --quiet --target-dir "$here/crates"
 crates=("$here"/crates/package/rumple*.crate)
 ((${#crates[@]} == 10))
 echo "crates         $(size "${crates[@]}"), ${#crates[@]} of them"
