@@ -131,6 +131,14 @@ def compare(shell, vertices, file, sheet):
     objective = rumple.Objective(scene(vertices), f"shape({file})", fields=["effect.growth.factor"], at_start=True)
     growth = 1 + 0.01 * np.sin(points[:, 0])
     value, gradient = objective(growth)
+    spent = []
+    for scale in np.linspace(1, 0.9, 8):
+        began, at = time.process_time(), 1 + scale * (growth - 1)
+        objective.value(at)
+        between = time.process_time()
+        objective.gradient(at)
+        spent.append((between - began, time.process_time() - between))
+    print("Rumple: %.3f s a value, %.3f s a gradient" % tuple(np.median(spent, axis=0)), flush=True)
     shell.x = np.asarray(objective.positions(growth))
     force = np.abs(shell.energy(shell.x, growth)[1]).max()
     other, other_gradient = shell.objective(growth, target, area)

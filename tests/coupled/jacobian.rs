@@ -151,8 +151,8 @@ fn holding(
         measure,
     )
     .with_held_values(held);
-    let storage = MassWeights { mechanics: 1.0, chemistry: 1.0 };
-    Arc::new(Model::new(mechanics, Some(chemistry), storage, Drag::per_vertex(3.0)))
+    let weights = MassWeights { mechanics: 1.0, chemistry: 1.0 };
+    Arc::new(Model::new(mechanics, Some(chemistry), weights, Drag::per_vertex(3.0)))
 }
 
 fn state(sheet: &Sheet, location: Location) -> State {

@@ -161,9 +161,9 @@ fn model(sheet: &Arc<Sheet>, parts: &[&str]) -> Arc<Model> {
         let (transports, measure) = (all.transports, Measure::Concentration);
         Chemistry::new(sheet, kinetics, fields, place, signals, transports, measure)
     });
-    let storage = Policy::default().mass_weights();
+    let weights = Policy::default().mass_weights();
     Arc::new(
-        Model::new(mechanics, chemistry, storage, Drag::per_vertex(1.0)).with_growth(all.growth),
+        Model::new(mechanics, chemistry, weights, Drag::per_vertex(1.0)).with_growth(all.growth),
     )
 }
 

@@ -58,9 +58,9 @@ fn a_formula_without_the_time_is_evaluated_once() {
     assert!(matches!(ramped.at_edges(&sheet, 2.0), Cow::Owned(_)));
     let pins = vec![[false; 3]; sheet.vertex_count()];
     let mechanics = Mechanics::new(sheet.clone(), Vec::new(), pins).unwrap();
-    let storage = MassWeights { mechanics: 0.0, chemistry: 1.0 };
+    let weights = MassWeights { mechanics: 0.0, chemistry: 1.0 };
     let model = |growth| {
-        Model::new(mechanics.clone(), None, storage, Drag::per_vertex(1.0)).with_growth(growth)
+        Model::new(mechanics.clone(), None, weights, Drag::per_vertex(1.0)).with_growth(growth)
     };
     let alone = model(vec![fixed.clone()]);
     let first = alone.growth(0.0).unwrap().unwrap();
@@ -262,8 +262,8 @@ fn growth_can_be_a_function() {
     let model = |growth: LengthFactor| {
         let pins = vec![[false; 3]; sheet.vertex_count()];
         let mechanics = Mechanics::new(sheet.clone(), Vec::new(), pins).unwrap();
-        let storage = MassWeights { mechanics: 0.0, chemistry: 1.0 };
-        Model::new(mechanics, None, storage, Drag::per_vertex(1.0)).with_growth(vec![growth])
+        let weights = MassWeights { mechanics: 0.0, chemistry: 1.0 };
+        Model::new(mechanics, None, weights, Drag::per_vertex(1.0)).with_growth(vec![growth])
     };
     let linear = LengthFactor::function(|sheet, t| vec![1.0 + t; sheet.edges().len()]);
     assert_eq!(model(linear).growth(0.5).unwrap().unwrap()[3], 1.5);

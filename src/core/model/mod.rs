@@ -68,7 +68,7 @@ pub struct Model {
     chemistry: Option<Chemistry>,
     growth: Vec<LengthFactor>,
     internal: Vec<Box<dyn InternalVariables>>,
-    storage: MassWeights,
+    mass_weights: MassWeights,
     drag: Drag,
 }
 
@@ -79,7 +79,7 @@ impl Model {
     pub fn new(
         mechanics: Arc<Mechanics>,
         chemistry: Option<Chemistry>,
-        storage: MassWeights,
+        mass_weights: MassWeights,
         drag: Drag,
     ) -> Self {
         let mut chemistry = chemistry;
@@ -87,7 +87,7 @@ impl Model {
             chemistry.count_with(mechanics.tally());
         }
         let (growth, internal) = (Vec::new(), Vec::new());
-        Self { mechanics, chemistry, growth, internal, storage, drag }
+        Self { mechanics, chemistry, growth, internal, mass_weights, drag }
     }
 
     /// The same with length factors that multiply those of the laws.
@@ -204,7 +204,7 @@ impl Model {
     /// Weights of the two rows.
     #[must_use]
     pub fn mass_weights(&self) -> MassWeights {
-        self.storage
+        self.mass_weights
     }
 
     /// What resists the motion of vertices.

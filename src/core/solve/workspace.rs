@@ -23,8 +23,8 @@ use crate::solve::Control;
 pub(super) use minimisation::{Bound, Minimisation, RampConditions};
 pub(super) use rest::DISTANCE_TOLERANCE;
 
-/// The part of the way of an obstacle over which its energy is differenced.
-const SHORT_WAY: f64 = 1e-3;
+/// The part of the way of an obstacle over which its energy is differenced: far shorter than a gap, far above round-off.
+const SHORT_WAY: f64 = 1e-6;
 
 /// Factors by which a force tolerance is tightened at once.
 const TIGHTENING: (f64, f64) = (1e-2, 0.3);

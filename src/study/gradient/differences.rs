@@ -16,6 +16,7 @@ const STEP: f64 = 1e-5;
 /// each so many times as long.
 const INFLUENCE: f64 = 1e-3;
 const STEP_RATIO: f64 = 100.0;
+
 impl Objective {
     /// dJ/dp at an evaluated p: one list a parameter.
     ///

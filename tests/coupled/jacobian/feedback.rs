@@ -46,9 +46,9 @@ fn with_fibres(sheet: &Arc<Sheet>, across: Option<f64>) -> Arc<Model> {
     );
     let pins = vec![[false; 3]; sheet.vertex_count()];
     let mechanics = Mechanics::new(Arc::clone(sheet), vec![stvk], pins).unwrap();
-    let storage = MassWeights { mechanics: 1.0, chemistry: 1.0 };
+    let weights = MassWeights { mechanics: 1.0, chemistry: 1.0 };
     let chemistry = chemistry.with_direction(direction);
-    Arc::new(Model::new(mechanics, Some(chemistry), storage, Drag::per_vertex(3.0)))
+    Arc::new(Model::new(mechanics, Some(chemistry), weights, Drag::per_vertex(3.0)))
 }
 
 #[test]
@@ -89,8 +89,8 @@ fn reading(sheet: &Arc<Sheet>, location: Location, energies: Vec<EnergyTerm>) ->
         Vec::new(),
         Measure::Concentration,
     );
-    let storage = MassWeights { mechanics: 1.0, chemistry: 1.0 };
-    Arc::new(Model::new(mechanics, Some(chemistry), storage, Drag::per_vertex(3.0)))
+    let weights = MassWeights { mechanics: 1.0, chemistry: 1.0 };
+    Arc::new(Model::new(mechanics, Some(chemistry), weights, Drag::per_vertex(3.0)))
 }
 
 #[test]

@@ -67,13 +67,13 @@ impl Coupled {
 
     /// The unknowns of `part`; rigid motions are fixed where the shape is `still`.
     fn laid_out(model: &Arc<Model>, part: Subsystem, still: bool) -> Self {
-        let storage = model.mass_weights();
+        let weights = model.mass_weights();
         let layout = Layout::new(model, part, still);
-        let weight = if part == Subsystem::Chemistry { 1.0 } else { storage.chemistry };
+        let weight = if part == Subsystem::Chemistry { 1.0 } else { weights.chemistry };
         let mut mass = vec![0.0; layout.mechanical()];
         for (i, place) in layout.displacements().enumerate() {
             for place in place.into_iter().flatten() {
-                mass[place] = storage.mechanics * model.drag().tangential(i);
+                mass[place] = weights.mechanics * model.drag().tangential(i);
             }
         }
         Self {

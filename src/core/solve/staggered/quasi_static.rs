@@ -129,20 +129,22 @@ impl Staggered {
         next: &mut State,
         done: &mut Relaxation,
     ) -> Result<()> {
-        let before = workspace.energy(state)?;
+        let total = |energies: &[f64]| energies.iter().sum::<f64>();
+        let begin = workspace.energies(state)?;
         if !self.motion.rests() {
             done.dissipated = self.come_to_rest(workspace, state, next, done)?;
         }
         if self.stabilised.rests() {
             self.stabilised.longest = self.stabilised.longest.max(next.time - state.time);
         }
-        let mut after = workspace.energy(next)?;
+        let end = workspace.energies(next)?;
+        let mut after = total(&end);
         // The work of a constraint is not in U.
         if !workspace.model.mechanics().is_constrained() {
-            let lost = lost_in_snap(workspace, (state, before), (next, after))?;
+            let lost = lost_in_snap(workspace, (state, &begin), (next, &end))?;
             done.dissipated = done.dissipated.max(lost);
         }
-        done.supplied = after - before + done.dissipated;
+        done.supplied = after - total(&begin) + done.dissipated;
         self.stabilised.unchecked += done.iterations.max(LEAST_ITERATIONS);
         if self.stabilised.rests() && self.stabilised.unchecked >= CHECK_INTERVAL {
             self.stabilised.unchecked = 0;
@@ -227,19 +229,23 @@ impl Staggered {
 /// nothing is lost.
 fn lost_in_snap(
     workspace: &mut Workspace,
-    (state, before): (&State, f64),
-    (next, after): (&State, f64),
+    (state, begin): (&State, &[f64]),
+    (next, end): (&State, &[f64]),
 ) -> Result<f64> {
-    let ([forth, work_forth], [back, work_back]) =
-        (supplied_towards(workspace, state, next)?, supplied_towards(workspace, next, state)?);
-    let (drop, rise) = (before - after + forth - work_back, after - before + back - work_forth);
+    let [forth, work_forth] = supplied_towards(workspace, (state, begin), next)?;
+    let [back, work_back] = supplied_towards(workspace, (next, end), state)?;
+    let fall: f64 = begin.iter().zip(end).map(|(begin, end)| begin - end).sum();
+    let (drop, rise) = (fall + forth - work_back, back - fall - work_forth);
     let snaps = rise.is_finite() && drop.is_finite() && rise < SMOOTH_SHARE * drop;
     Ok(if snaps { 0.5 * (drop - rise) } else { 0.0 })
 }
 
-/// The energy supplied to the shape of `state` on the way to the conditions of `other`, and f·(p' - p).
-fn supplied_towards(workspace: &mut Workspace, state: &State, other: &State) -> Result<[f64; 2]> {
-    let at = workspace.energies(state)?;
+/// The energy supplied to the shape of `state`, of these energies, on the way to the conditions of `other`, and f·(p' - p).
+fn supplied_towards(
+    workspace: &mut Workspace,
+    (state, at): (&State, &[f64]),
+    other: &State,
+) -> Result<[f64; 2]> {
     let moved = workspace.energies(&with_shape(other, state))?;
     let mut all = [0.0, workspace.work_of_pins(state, &other.x)?];
     for (k, obstacle) in workspace.work_of_obstacles(state, other.time)?.into_iter().enumerate() {
